@@ -2,10 +2,10 @@
 
 import click
 
-from capsule_sym._cli import Group, main
+from capsule_sym._cli import CommandGroup, main
 
 
-@click.group("python -m benchmarks", cls=Group, invoke_without_command=True)
+@click.group("python -m benchmarks", cls=CommandGroup, invoke_without_command=True)
 @click.pass_context
 def group(context: click.Context) -> None:
     """Commands for developers, which no wheel holds."""

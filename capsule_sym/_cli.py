@@ -33,7 +33,7 @@ class _LazyCommand(click.Command):
         self.module, self.section = module, section
 
 
-class Group(click.Group):
+class CommandGroup(click.Group):
     """Group of commands that are imported when they are called, in the order of their use."""
 
     def add(self, name: str, module: str, short_help: str, section: str = "Commands") -> None:
@@ -86,7 +86,7 @@ def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> No
     context.exit()
 
 
-@click.group("capsule-sym", cls=Group, invoke_without_command=True)
+@click.group("capsule-sym", cls=CommandGroup, invoke_without_command=True)
 @click.option(
     "--version",
     is_flag=True,

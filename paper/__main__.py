@@ -2,10 +2,10 @@
 
 import click
 
-from capsule_sym._cli import Group, main
+from capsule_sym._cli import CommandGroup, main
 
 
-@click.group("python -m paper", cls=Group, invoke_without_command=True)
+@click.group("python -m paper", cls=CommandGroup, invoke_without_command=True)
 @click.pass_context
 def group(context: click.Context) -> None:
     """Guo and Liu (2019), reproduced with capsule-sym; from a checkout, in no wheel.

@@ -340,8 +340,13 @@ def test_every_public_function_is_tried() -> None:
         (
             "fit_rig(cs.Rig([cs.RigRun('a', data, {'alpha': 0.7, 'omega': 0.8})], ['zeta'], "
             "bounds={'zeta': (1.0,)}), p)",
-            r"bounds of zeta = \(1.0,\): must be two ascending numbers",
+            r"bounds of zeta = \(1.0,\): must be two ascending finite numbers",
         ),
+        (
+            "fit(data, p, ['zeta'], bounds={'zeta': (0, math.inf)})",
+            "ascending finite .* from 0 on",
+        ),
+        ("continue_both_ways(orbit, 'alpha', (0.1, math.nan))", "ends = .*two ascending finite"),
         ("certify_run(run, {'alpah': '0.5'})", "did you mean alpha"),
         ("performance(none)", "orbit = <NoOrbit .*an Orbit, as solve_orbit"),
         ("half_orbit(none)", "orbit = <NoOrbit .*an Orbit, as solve_orbit"),

@@ -25,11 +25,11 @@ from capsule_sym import InvalidInput, Outcome, Segment
 from capsule_sym._files import growing
 from capsule_sym._map.interface import (
     Backend,
+    End,
     Guard,
     Run,
     SegmentStart,
     State,
-    Switch,
     default_backend,
     fifty_digits,
 )
@@ -224,7 +224,7 @@ def compare(random: RandomStart, backends: Iterable[str], widths: Iterable[int] 
     return tally
 
 
-def _first_switch(numbers: Backend, start: Start) -> tuple[SegmentStart | None, Switch | None]:
+def _first_switch(numbers: Backend, start: Start) -> tuple[SegmentStart | None, End | None]:
     """Successor field at a start, and the first switch before the run's end."""
     number, parameters = numbers.number, start.parameters
     run = Run(numbers, parameters, escalate=False)
@@ -243,7 +243,7 @@ def _problem(
     start: Start,
     switch: LaneSwitch | None,
     begin: SegmentStart | None,
-    true: Switch | None,
+    true: End | None,
 ) -> tuple[str, float]:
     """Fault of a first switch, empty if there is none, and the error of its duration."""
     found = f"F{switch.field}" if switch else "no field"

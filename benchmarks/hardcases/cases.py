@@ -12,7 +12,8 @@ from benchmarks.hardcases.reference import Start
 from capsule_sym import Parameters
 from capsule_sym._map.interface import (
     Backend,
-    Flow,
+    Begin,
+    Course,
     Guard,
     Number,
     Point,
@@ -20,7 +21,6 @@ from capsule_sym._map.interface import (
     backend,
     side_of,
 )
-from capsule_sym._map.interface import Start as Beginning
 
 _DISTANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 1e-15)
 _DURATIONS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
@@ -91,7 +91,7 @@ class _Approach:
         return Start(self.parameters, (self.x_r, float(v_r), self.v_c), self.phase, periods=2)
 
 
-def guard_at(flow: Flow, guard: Guard, point: Point) -> Number:
+def guard_at(flow: Course, guard: Guard, point: Point) -> Number:
     """Value of a guard at a point."""
     c = flow.c
     if guard is Guard.GAP:
@@ -111,7 +111,7 @@ def flow_from(
     v_r: Number,
     v_c: Number,
     phase: float,
-) -> Flow:
+) -> Course:
     """The closed form of a field from any state."""
     number = numbers.number
     c = numbers.constants(field, parameters)
@@ -119,10 +119,10 @@ def flow_from(
     gap = x_r - c.delta
     margin = c.margin_at(x_r, gap, v_r)
     angle = number(phase) * c.omega
-    return Flow(numbers, c, SegmentStart(field, Beginning(x_r, gap, v_r, v_c, margin, angle, {})))
+    return Course(numbers, c, SegmentStart(field, Begin(x_r, gap, v_r, v_c, margin, angle, {})))
 
 
-def _rate(flow: Flow, guard: Guard, at: Point) -> Number:
+def _rate(flow: Course, guard: Guard, at: Point) -> Number:
     """Time derivative of a guard, from the equation of motion."""
     c = flow.c
     side = 1 if c.contact else -1

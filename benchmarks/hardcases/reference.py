@@ -10,7 +10,8 @@ import numpy as np
 from capsule_sym import Parameters, Trajectory, simulate
 from capsule_sym._map.interface import (
     Backend,
-    Flow,
+    Course,
+    End,
     Guard,
     NativeRun,
     Number,
@@ -18,7 +19,6 @@ from capsule_sym._map.interface import (
     Run,
     SegmentStart,
     State,
-    Switch,
     expand,
     fifty_digits,
     locate,
@@ -106,7 +106,7 @@ def error(
     parameters: Parameters,
     begin: SegmentStart,
     duration: float,
-    exact: Switch,
+    exact: End,
     negligible: float = 0.0,
 ) -> Error:
     """The error of a switching time that is found to be `duration` where `exact` is true.
@@ -189,7 +189,7 @@ def _fields(run: Trajectory) -> tuple[int, ...]:
     return tuple(segment.field for segment in run.segments if segment.target)
 
 
-def names(switch: Switch) -> str:
+def names(switch: End) -> str:
     """The guards that fired at a switch, or its outcome if none did."""
     return " and ".join(guard.value for guard in switch.guards) or switch.outcome.value
 
@@ -199,14 +199,14 @@ class _Checked(Run):
 
     error, wrong = Error(0.0, 0.0), ""
 
-    def first_switch(self, state: State, begin: SegmentStart, limit: Number) -> tuple[Flow, Switch]:
+    def first_switch(self, state: State, begin: SegmentStart, limit: Number) -> tuple[Course, End]:
         with fifty_digits() as numbers:
             given = self.exactly(numbers, state)
         flow, switch = super().first_switch(state, begin, limit)
         with fifty_digits() as numbers:
             c = numbers.constants(begin.field, self.parameters)
             exact = replace(begin, start=start_at(c, given)._replace(zeros=begin.start.zeros))
-            true = locate(Flow(numbers, c, exact), numbers.number(limit))
+            true = locate(Course(numbers, c, exact), numbers.number(limit))
             if set(switch.guards) != set(true.guards):
                 self.wrong = self.wrong or f"F{flow.field}: {names(switch)}, not {names(true)}"
             elif true.guards:

@@ -21,8 +21,8 @@ from capsule_sym._enclosures.interface import (
     TIME,
     Ball,
     Known,
+    Leg,
     Passage,
-    Step,
     Unproved,
     arb,
     hull,
@@ -139,10 +139,10 @@ def _enclosed(start: Start, segments: list[Segment], count: int, end: float) -> 
         values = {name: arb(value) for name, value in start.parameters.to_dict().items()}
         states = matrix(3, 1, ((i, 0, arb(x)) for i, x in enumerate(start.state)))
         steps = [
-            Step(one.field, float(one.duration), guard_between(one.field, after.field))
+            Leg(one.field, float(one.duration), guard_between(one.field, after.field))
             for one, after in list(pairwise(segments))[:count]
         ]
-        steps.append(Step(segments[count].field, end - start.phase, None))
+        steps.append(Leg(segments[count].field, end - start.phase, None))
         passage = Passage(values)
         begun = passage.start(states, values["omega"] * arb(start.phase))
         total = arb(end) - arb(start.phase)

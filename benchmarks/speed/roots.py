@@ -16,13 +16,13 @@ from scipy.optimize import brentq
 from benchmarks.hardcases.cases import guard_at
 from benchmarks.speed.model import Start
 from capsule_sym._map.interface import (
-    Flow,
+    Course,
+    End,
     Guard,
     NumpyBackend,
     Run,
     SegmentStart,
     State,
-    Switch,
     fifty_digits,
     locate,
     start_at,
@@ -52,7 +52,7 @@ class Root(NamedTuple):
 class Bracket(NamedTuple):
     """A guard that decreases from low to high through one zero, at `true` by 50 digits."""
 
-    flow: Flow
+    flow: Course
     guard: Guard
     low: float
     high: float
@@ -138,15 +138,15 @@ def _brackets(start: Start) -> Iterator[Bracket]:
 class _Located(Run):
     """A run of which every switch is also located in 50 digits, from the same start."""
 
-    found: list[tuple[Flow, Switch]]
+    found: list[tuple[Course, End]]
 
-    def first_switch(self, state: State, begin: SegmentStart, limit: float) -> tuple[Flow, Switch]:
+    def first_switch(self, state: State, begin: SegmentStart, limit: float) -> tuple[Course, End]:
         flow, switch = super().first_switch(state, begin, limit)
         with fifty_digits() as numbers:
             c = numbers.constants(begin.field, self.parameters)
             given = start_at(c, self.exactly(numbers, state))
             exact = SegmentStart(begin.field, given._replace(zeros=begin.start.zeros))
-            true = locate(Flow(numbers, c, exact), numbers.number(limit))
+            true = locate(Course(numbers, c, exact), numbers.number(limit))
         if true.certain and true.guards:
             self.found.append((flow, true))
         return flow, switch

@@ -92,8 +92,8 @@ class Attractors(Result, Labelled):
     """Attractors of one parameter set, that of the most starts first; dimensionless.
 
     `numbers` has for each start the number of its attractor among `attractors`, or -1 if it has not
-    settled on a closed orbit within the run: chaos, an orbit of more than 16 periods, or a slow
-    approach. `unsettled` is the number of these.
+    settled on a closed orbit within the run: chaos, an orbit of more than 16 periods, a slow
+    approach, or a run that was ended by a time limit or Ctrl-C. `unsettled` is the number of these.
     """
 
     parameters: SceneParameters

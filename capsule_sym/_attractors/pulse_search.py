@@ -20,12 +20,12 @@ from capsule_sym._attractors.neighbourhoods import NEUTRAL, run_rows
 from capsule_sym._attractors.pulse import Interval, pulsed
 from capsule_sym._attractors.settling import Arrivals, Settling
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import check_start
+from capsule_sym._map.checks import check_start, checked_ends
 from capsule_sym._orbits.continuation.branches.continuing import continue_straight
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import same, whole_orbit
 from capsule_sym._parameters import SceneParameters
-from capsule_sym._systems import System, check_parameter, dimensionless, drives, real
+from capsule_sym._systems import System, check_parameter, dimensionless, drives
 
 _FINEST = 1e-9  # least spacing of values, over the range: the accuracy of an interval's ends
 _MOST = 10  # largest number of values, over those of the grid
@@ -119,16 +119,14 @@ def checked(
     if len(over) != 1 or next(iter(over)) not in allowed:
         raise InvalidInput("over", over, f"bounds of one of {', '.join(allowed)}")
     ((name, given),) = over.items()
-    ends = tuple(given) if isinstance(given, Sequence | np.ndarray) else ()
-    if len(ends) != 2 or not all(map(real, ends)) or not ends[0] < ends[1]:
-        raise InvalidInput(f"bounds of {name}", given, "two ascending finite numbers")
+    ends = checked_ends(f"bounds of {name}", given)
     for one in ends:
         try:
-            check_start(pulsed(system, name, float(one)), (0.0, 0.0, 0.0), 0.0, 1)
+            check_start(pulsed(system, name, one), (0.0, 0.0, 0.0), 0.0, 1)
         except InvalidInput as error:
             allowed_ends = f"such that {error.field} is {error.allowed}"
             raise InvalidInput(f"bounds of {name}", given, allowed_ends) from None
-    return name, (float(ends[0]), float(ends[1]))
+    return name, ends
 
 
 def stable(multipliers: Iterable[complex]) -> bool:

@@ -63,7 +63,8 @@ def switch_by_pulse(
 
     `values` are tried first for each number of periods, four times as many if none of them leads to
     the end. More are tried between those that lead to different attractors: much narrower intervals
-    are found beside basin boundaries. After `max_seconds` the result has the best pulse so far. A
+    are found beside basin boundaries. After `max_seconds` the result has the shortest pulse so
+    far, with the middle of its widest interval. A
     run that the core cannot decide has a tenth of the time left; beyond it its end is unknown.
 
     Parameters
@@ -101,7 +102,8 @@ def switch_by_pulse(
     Returns
     -------
     Pulse
-        `value` and `periods` of the pulse, its `work`, and the `transient` in excitation periods.
+        `value` and `periods` of the pulse, its `work`, and the `transient` after it in excitation
+        periods.
         `interval` is the range around the value that leads to the end too. In SI units if the
         system is a device, else dimensionless. `status` is "found", "no-pulse", "attractor-lost" if
         an attractor does not exist at an end of the tolerances, or "time-limit".

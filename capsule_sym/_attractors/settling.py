@@ -150,7 +150,7 @@ class Settling:
 
         `groups`, (n,), is the row of each run's parameters, `phases` are those of the starts. With
         `find` unknown orbits are solved and added. `report` is called with the number of runs that
-        have arrived. Raises TimeUp if the present watch is over; the runs keep their last states.
+        are over. Raises TimeUp if the present watch is over; the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
         numbers, repeats, ends, passed = runs

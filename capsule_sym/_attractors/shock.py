@@ -12,7 +12,7 @@ import numpy as np
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin
-from capsule_sym._attractors.smallest import ACCURACY, Search, ShockStatus
+from capsule_sym._attractors.smallest import ACCURACY, KnockSearch, ShockStatus
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
@@ -220,7 +220,7 @@ def minimal_shock(
     if largest is not None and not (is_real(largest) and 0 < largest < math.inf):
         raise InvalidInput("largest", largest, "a finite number > 0")
     watch, attractor = Watch(checked_seconds(max_seconds)), None
-    search = Search(Basin(orbit, others, periods), units, largest, samples, seed, progress)
+    search = KnockSearch(Basin(orbit, others, periods), units, largest, samples, seed, progress)
     with watch:
         search.run()
         attractor = _beyond(search)
@@ -239,7 +239,7 @@ def _units(weights: Sequence[float]) -> Vector:
     return np.diag(1 / given)[:, np.isfinite(given)]
 
 
-def _beyond(search: Search) -> Orbit | None:
+def _beyond(search: KnockSearch) -> Orbit | None:
     """Attractor of the run after the knock; None without a knock or a periodic motion."""
     if search.best is None:
         return None
@@ -249,7 +249,7 @@ def _beyond(search: Search) -> Orbit | None:
     return found if found.success else None
 
 
-def _result(search: Search, attractor: Orbit | None, weights: tuple[float, ...]) -> Shock:
+def _result(search: KnockSearch, attractor: Orbit | None, weights: tuple[float, ...]) -> Shock:
     """Result of a search."""
     found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
     if search.best is not None:
@@ -269,7 +269,7 @@ def _result(search: Search, attractor: Orbit | None, weights: tuple[float, ...])
     )
 
 
-def _message(search: Search, attractor: Orbit | None) -> str:
+def _message(search: KnockSearch, attractor: Orbit | None) -> str:
     """Status of a search, as a sentence."""
     tried = counted(search.tried, "knock")
     if search.status is ShockStatus.NOT_LOST:

@@ -53,7 +53,7 @@ class ShockStatus(StrEnum):
     TIME_LIMIT = "time-limit"
 
 
-class Search:
+class KnockSearch:
     """Search for the smallest knock, whose components have the `units`, (3, m)."""
 
     def __init__(

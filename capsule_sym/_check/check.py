@@ -27,7 +27,7 @@ _RESTART = 1e-9  # time after a switch within which another is the same one, fou
 
 
 @dataclass(frozen=True)
-class Event:
+class Entered:
     """A switch: its time, dimensionless, and the field entered."""
 
     time: float
@@ -55,8 +55,8 @@ class Cause(StrEnum):
 class Difference:
     """Switches in a row that one of two lists does not have."""
 
-    missed: tuple[Event, ...]
-    invented: tuple[Event, ...]
+    missed: tuple[Entered, ...]
+    invented: tuple[Entered, ...]
     cause: Cause
     gap: float | None
     """Least time between missed switches and their neighbours, which the search has to resolve."""
@@ -75,9 +75,9 @@ class Difference:
 class SwitchCheck:
     """Switches of an integrator beside the exact ones; all dimensionless."""
 
-    exact: tuple[Event, ...]
+    exact: tuple[Entered, ...]
     """The exact switches, by 50 digits, up to where a double can follow the motion."""
-    given: tuple[Event, ...]
+    given: tuple[Entered, ...]
     """The switches given up to there."""
     pairs: tuple[Pair, ...]
     """Places in both lists, in the order of time; None where a list has no such switch."""
@@ -111,7 +111,7 @@ class SwitchCheck:
         return min((one.needed for one in self.differences if one.needed), default=None)
 
     @property
-    def latest(self) -> tuple[float, Event, float] | None:
+    def latest(self) -> tuple[float, Entered, float] | None:
         """Largest error of a time before the first difference, its exact switch, and the growth."""
         first = next((k for k, one in enumerate(self.pairs) if None in one), len(self.pairs))
         if not first:
@@ -265,9 +265,9 @@ def check_switches(
     ends = _times(truth)
     judged = sum(float(time) < min(horizon, until) for time in ends)
     ends, growth = ends[:judged], growth_of_errors(truth)[:judged]
-    exact = tuple(Event(float(t), s.name) for t, s in zip(ends, truth.segments[1:], strict=False))
+    exact = tuple(Entered(float(t), s.name) for t, s in zip(ends, truth.segments[1:], strict=False))
     timed = zip(found.tolist(), names, strict=True)
-    given = tuple(Event(time, name) for time, name in timed if time < horizon)
+    given = tuple(Entered(time, name) for time, name in timed if time < horizon)
     pairs = matched(_columns(exact), _columns(given), slack, min(last, horizon - slack))
     errors = np.array([_error(pair, ends, given) for pair in pairs])
     own = _segment_error(pairs, errors, exact, growth, resolution)
@@ -331,13 +331,13 @@ def _times(run: Trajectory) -> NDArray[np.object_]:
     return np.array(ends, dtype=object)
 
 
-def _columns(events: Sequence[Event]) -> tuple[NDArray[np.float64], list[str]]:
+def _columns(events: Sequence[Entered]) -> tuple[NDArray[np.float64], list[str]]:
     return np.array([one.time for one in events], float), [one.event for one in events]
 
 
 def _differences(
-    exact: tuple[Event, ...],
-    given: tuple[Event, ...],
+    exact: tuple[Entered, ...],
+    given: tuple[Entered, ...],
     pairs: list[Pair],
     growth: NDArray[np.float64],
     known: tuple[float | None, float | None],
@@ -362,7 +362,7 @@ def _differences(
     return found
 
 
-def _error(pair: Pair, ends: NDArray[np.object_], given: Sequence[Event]) -> float:
+def _error(pair: Pair, ends: NDArray[np.object_], given: Sequence[Entered]) -> float:
     if pair.true is None or pair.given is None:
         return math.nan
     return float(given[pair.given].time - ends[pair.true])
@@ -371,7 +371,7 @@ def _error(pair: Pair, ends: NDArray[np.object_], given: Sequence[Event]) -> flo
 def _segment_error(
     pairs: Sequence[Pair],
     errors: NDArray[np.float64],
-    exact: Sequence[Event],
+    exact: Sequence[Entered],
     growth: NDArray[np.float64],
     resolution: float,
 ) -> float | None:
@@ -387,7 +387,7 @@ def _segment_error(
 
 
 def _resolved(
-    missed: Sequence[int], exact: Sequence[Event], growth: NDArray[np.float64]
+    missed: Sequence[int], exact: Sequence[Entered], growth: NDArray[np.float64]
 ) -> tuple[float | None, float | None]:
     """Least time beside missed switches, and the error with which two of them would merge.
 
@@ -407,7 +407,7 @@ def _cause(
     known: tuple[float | None, float | None],
     needed: float | None,
     invented: Sequence[int],
-    given: Sequence[Event],
+    given: Sequence[Entered],
 ) -> Cause:
     """Cause of the first difference."""
     own, used = known

@@ -31,8 +31,8 @@ class Switches(NamedTuple):
 def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches:
     r"""Switches of a CSV file with the columns `time` and `entered`.
 
-    Other columns are left alone. Lines `# name = value` above them give parameters of the scene,
-    `state` (three numbers), `phase`, `end` and `tolerance`.
+    Other columns are left alone, and so are comments without `=`. Lines `# name = value` give
+    parameters of the scene, `state` (three numbers), `phase`, `end` and `tolerance`.
 
     Parameters
     ----------
@@ -45,14 +45,15 @@ def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches
     -------
     Switches
         Named tuple. `times` has numbers as the file gives them, and `events` the field entered at
-        each. `resolution` is half a unit of the last digit printed, or 0 if times have 15 digits or
-        more. `settings` has the numbers of the lines above, by name.
+        each. `resolution` is half a unit of the last digit printed, the largest of all times; that
+        of a time of 15 digits or more is 0. So print all times with as many digits. `settings` has
+        the numbers of the lines above, by name.
 
     Raises
     ------
     InvalidInput
-        For a file that cannot be read, for a column that is missing, and for a value that is no
-        number, with its row.
+        For a file that cannot be read, for a column that is missing, for a line `# name = value` of
+        another name, and for a value that is no number, with its row.
 
     See Also
     --------

@@ -241,12 +241,12 @@ def table(
         made.add_column(name, justify="right" if name in right else "left")
     for row in rows:
         if isinstance(columns, Mapping):
-            row = [_Cells().vformat(text, row, {}) for text in columns.values()]
+            row = [_CellTexts().vformat(text, row, {}) for text in columns.values()]
         made.add_row(*row)
     (console or make_console()).print(made)
 
 
-class _Cells(Formatter):
+class _CellTexts(Formatter):
     """Texts of the cells of a table: empty for None, yes and no."""
 
     def format_field(self, value: Any, spec: str) -> str:

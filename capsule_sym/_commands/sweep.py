@@ -198,7 +198,7 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
     from rich.progress import BarColumn, ProgressColumn, Task, TimeRemainingColumn
     from rich.text import Text
 
-    class Cells(ProgressColumn):
+    class Count(ProgressColumn):
         def render(self, task: Task) -> Text:
             # The number of cells is known once the store is open.
             if task.total is None:
@@ -207,7 +207,7 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
             # Before a second chunk there is no rate.
             return Text(f"{done}, {task.speed:,.0f} a second" if task.speed else done)
 
-    with present.make_progress(Cells(), BarColumn(bar_width=20), TimeRemainingColumn()) as bar:
+    with present.make_progress(Count(), BarColumn(bar_width=20), TimeRemainingColumn()) as bar:
         task = bar.add_task("", total=None)
         total = -1
 

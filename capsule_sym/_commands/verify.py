@@ -18,7 +18,7 @@ from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
-    from capsule_sym._symbolic.proofs.statement import Report, Result
+    from capsule_sym._symbolic.proofs.statement import Finding, Report
 
 
 @command()
@@ -33,7 +33,7 @@ def verify(
     everything: bool = option("Print each statement.", "--all"),
     out: options.Path | None = options.out("Write the report with formulas here.", "FILE.md"),
     as_json: bool = options.as_json,
-) -> Sequence[Result]:
+) -> Sequence[Finding]:
     """Prove the theory: closed forms, inner products, switching, Tables 1 to 3, the appendices.
 
     One row for each group of statements: how many are proved, proved under the condition that they
@@ -59,7 +59,7 @@ def verify(
         chosen = theory.statements(only)
         progress.update(task, description="proving", total=sum(map(len, chosen.values())))
 
-        def advance(result: Result) -> None:
+        def advance(result: Finding) -> None:
             progress.advance(task)
             if each and not as_json:
                 # Above the bar: click's own stdout would write through it.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.least_squares import Least
-from capsule_sym._design.problem import Problem
+from capsule_sym._design.problem import Misfit
 
 _LOST = 1e-8  # singular values below this share of the largest count as 0
 _PART = 0.1  # share of a combination above which an unknown is not identifiable
@@ -34,7 +34,7 @@ class Errors(NamedTuple):
 
 
 @np.errstate(all="ignore")  # of residuals whose squares overflow
-def errors_of(problem: Problem, found: Least) -> Errors:
+def errors_of(problem: Misfit, found: Least) -> Errors:
     """Errors of the fitted values to first order, those of an M-estimator.
 
     They are H^-1 B H^-1, with H the sum of J^T J over the series, each times its mean slope of

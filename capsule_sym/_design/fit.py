@@ -18,18 +18,11 @@ from capsule_sym._design.covariance import Errors, correlation, errors_of
 from capsule_sym._design.guesses import best_of, drawn, limits_of, spectral
 from capsule_sym._design.least_squares import LOSSES, Least, Loss, Profile, least
 from capsule_sym._design.measured import measured
-from capsule_sym._design.problem import Problem, about_trend, spread_of
+from capsule_sym._design.problem import Misfit, about_trend, spread_of
 from capsule_sym._design.quantities import System, dimensionless, record, values_of
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
-from capsule_sym._map.checks import (
-    SEARCH_SECONDS,
-    check_count,
-    check_phase,
-    checked_seconds,
-    checked_state,
-    is_real,
-)
+from capsule_sym._map import checks
 from capsule_sym._map.labelled import package
 from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._native import Watch, check_time
@@ -112,7 +105,7 @@ class Fit(Result):
     """Combinations of relative changes of the unknowns that are not identifiable."""
     border: str
     """Value within whose standard error the itinerary changes; empty if there is none."""
-    problem: Problem
+    problem: Misfit
     """Residuals and Jacobian at other values of the unknowns."""
     limits: tuple[Vector, Vector]
     """Lower and upper bounds of the unknowns, each of shape (k,)."""
@@ -200,7 +193,7 @@ class Fit(Result):
         It is Student's quantile, with the number of values minus unknowns as degrees of freedom.
         Raises InvalidInput for a level that is not between 0 and 1.
         """
-        if not is_real(level) or not 0 < level < 1:
+        if not checks.is_real(level) or not 0 < level < 1:
             raise InvalidInput("level", level, "between 0 and 1")
         freedom = len(self.residuals) - len(self.values)
         return float(package("scipy.stats").t.ppf((1 + level) / 2, freedom))
@@ -219,7 +212,7 @@ class Fit(Result):
         check_one_of("name", name, self.values)
         deviations, ends = self.deviations(level), [math.nan, math.nan]
         k = list(self.values).index(name)
-        with Watch(checked_seconds(max_seconds)):
+        with Watch(checks.checked_seconds(max_seconds)):
             for i, sign in enumerate((-1, 1)):
                 profile = Profile(self.problem, self.found, self.limits, k, self.growth[k])
                 far = sign * deviations
@@ -240,7 +233,7 @@ def fit(
     follow: int = 4,
     seed: int = 0,
     steps: int = 200,
-    max_seconds: float = SEARCH_SECONDS,
+    max_seconds: float = checks.SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Fit:
     """Fit unknown values of a system to measured time series, by least squares.
@@ -325,17 +318,17 @@ def fit(
     if not unknown or len(set(unknown)) < len(unknown):
         raise InvalidInput("unknown", ", ".join(unknown), "one or more different names")
     period = dimensionless(system).period
-    check_phase(phase, system.time(period) if isinstance(system, SceneDevice) else period)
-    given = dict(zip(STATE, checked_state(state), strict=True)) | {PHASE: phase}
+    checks.check_phase(phase, system.time(period) if isinstance(system, SceneDevice) else period)
+    given = dict(zip(STATE, checks.checked_state(state), strict=True)) | {PHASE: phase}
     run = Recorded(measured(data), system, tuple(unknown), given)
-    problem = Problem([run], unknown, progress)
+    problem = Misfit([run], unknown, progress)
     limits = limits_of(problem, bounds or {})
     return fitted(problem, limits, loss, starts, follow, seed, steps, max_seconds)
 
 
 @np.errstate(under="ignore")
 def fitted(
-    problem: Problem,
+    problem: Misfit,
     limits: tuple[Vector, Vector],
     loss: str,
     starts: int,
@@ -346,13 +339,13 @@ def fitted(
 ) -> Fit:
     """Fit of a problem; arguments are those of `fit`, checked here."""
     check_one_of("loss", loss, LOSSES)
-    check_count("starts", starts, *STARTS)
-    check_count("follow", follow, *FOLLOW)
-    check_count("seed", seed, *SEED)
-    check_count("steps", steps, *STEPS)
+    checks.check_count("starts", starts, *STARTS)
+    checks.check_count("follow", follow, *FOLLOW)
+    checks.check_count("seed", seed, *SEED)
+    checks.check_count("steps", steps, *STEPS)
     found, errors, border = list[Least](), None, None
     guesses = [problem.guess]
-    with Watch(checked_seconds(max_seconds)):
+    with Watch(checks.checked_seconds(max_seconds)):
         guesses += spectral(problem, limits) + drawn(problem, limits, starts, seed)
         guesses = best_of(problem, guesses)[:follow]
         for k, guess in enumerate(guesses, 1):
@@ -368,7 +361,7 @@ def fitted(
 
 
 def _result(
-    problem: Problem,
+    problem: Misfit,
     found: Least,
     errors: Errors,
     limits: tuple[Vector, Vector],
@@ -424,7 +417,7 @@ def _result(
     )
 
 
-def _noise_by_column(problem: Problem, found: Least) -> dict[str, float]:
+def _noise_by_column(problem: Misfit, found: Least) -> dict[str, float]:
     """Spread of each column's residuals, over that of the column about its trend, by its name."""
     noise, first = dict[str, float](), 0
     for run in problem.recorded:
@@ -452,7 +445,7 @@ def _run(run: Recorded, values: Vector) -> FittedRun:
     )
 
 
-def _border(problem: Problem, values: Vector, errors: Vector, low: Vector, high: Vector) -> str:
+def _border(problem: Misfit, values: Vector, errors: Vector, low: Vector, high: Vector) -> str:
     """Name of a value within whose standard error the itinerary changes; empty if there is none."""
     problem.doing = "itineraries beside it"
     for i, name in enumerate(problem.unknown):

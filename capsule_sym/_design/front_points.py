@@ -22,7 +22,7 @@ _TAKEN = "better than the branch before from there on"
 
 
 @dataclass(eq=False)
-class Point:
+class Trade:
     """Point of a front, with both of its metrics in the sense of minimisation."""
 
     u: Vector
@@ -44,9 +44,9 @@ class Points:
     def __init__(self, first: Optimiser, second: Optimiser, count: int) -> None:
         """`count` points are wanted, by optimisers of each metric."""
         self.optimisers, self.count = (first, second), count
-        self.ends: tuple[Point, ...] = ()
-        self.found: list[Point] = []
-        self.gaps: list[tuple[Point, Point]] = []
+        self.ends: tuple[Trade, ...] = ()
+        self.found: list[Trade] = []
+        self.gaps: list[tuple[Trade, Trade]] = []
         """Last point of a part and first point of the next."""
         self.ranges = np.ones(2)
 
@@ -61,11 +61,11 @@ class Points:
         first, second = (one.program.name for one in self.optimisers)
         return first, second
 
-    def length(self, low: Point, high: Point) -> float:
+    def length(self, low: Trade, high: Trade) -> float:
         """Length of the front between two points, in ranges of its metrics."""
         return float(np.sum(abs(np.array(high.both) - low.both) / self.ranges))
 
-    def gap(self, low: Point, high: Point) -> bool:
+    def gap(self, low: Trade, high: Trade) -> bool:
         """True if the step between two points is within a gap, and has its middle."""
         near = SAME * self.ranges[1]
         return any(
@@ -75,9 +75,9 @@ class Points:
         )
 
     @property
-    def undominated(self) -> list[Point]:
+    def undominated(self) -> list[Trade]:
         """Points that no other betters; between the ends each step is worth it in both metrics."""
-        kept = list[Point]()
+        kept = list[Trade]()
         for point in sorted([*self.ends, *self.found], key=lambda point: point.both[::-1]):
             if kept:
                 gain, more = abs(np.array(point.both) - kept[-1].both) / self.ranges
@@ -89,7 +89,7 @@ class Points:
         return kept
 
     @property
-    def thinned(self) -> list[Point]:
+    def thinned(self) -> list[Trade]:
         """Points, at most so many as wanted, without those that close the least steps."""
         points = self.undominated
         while len(points) > self.count:
@@ -105,13 +105,13 @@ class Points:
             points.pop(min(steps)[1])
         return points
 
-    def end(self, optimum: Optimum, column: int) -> Point:
+    def end(self, optimum: Optimum, column: int) -> Trade:
         """Optimum of a metric as an end of the front."""
-        point = Point(np.empty(0), (math.nan, math.nan), column)
+        point = Trade(np.empty(0), (math.nan, math.nan), column)
         self.tell(point, optimum)
         return point
 
-    def tell(self, point: Point, optimum: Optimum, before: int | None = None) -> None:
+    def tell(self, point: Trade, optimum: Optimum, before: int | None = None) -> None:
         """Complete a point by its optimum; `before` limits precede its bound."""
         motions = tuple(Motion(one.parameters, None, orbit=one) for one in optimum.orbits)
         point.u = self.program.u_of(optimum.system)
@@ -147,14 +147,14 @@ class Points:
         )
         return first.worst, second.worst
 
-    def told(self, point: Point, column: int) -> str:
+    def told(self, point: Trade, column: int) -> str:
         """Reason why a part ends, or begins, at the best point of a metric."""
         if not math.isnan(point.slope):
             return _TAKEN if column else _LEFT
         greatest = "greatest" if self.program.sign * (1 - 2 * column) < 0 else "least"
         return f"{self.names[column]} is {greatest}: {point.held}"
 
-    def parts(self, points: Sequence[Point]) -> tuple[FrontPart, ...]:
+    def parts(self, points: Sequence[Trade]) -> tuple[FrontPart, ...]:
         """Parts of a front with these points."""
         parts, first, begins = list[FrontPart](), 0, f"the least {self.names[1]}"
         for i in range(len(points) - 1):
@@ -165,7 +165,7 @@ class Points:
         ends = f"the {greatest} {self.names[0]}"
         return (*parts, FrontPart(first, len(points) - 1, begins, ends)) if points else ()
 
-    def front(self, points: Sequence[Point], status: OptimumStatus, message: str) -> Front:
+    def front(self, points: Sequence[Trade], status: OptimumStatus, message: str) -> Front:
         """Result with these points."""
         return Front(
             metrics=self.names,

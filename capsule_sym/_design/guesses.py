@@ -9,11 +9,12 @@ from contextlib import suppress
 import numpy as np
 
 from capsule_sym._arrays import Vector
-from capsule_sym._design.problem import Problem, about_trend
+from capsule_sym._design.problem import Misfit, about_trend
 from capsule_sym._design.quantities import allowed, dimensionless
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map import simulate
+from capsule_sym._map.checks import checked_ends
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 from capsule_sym._parameters import SceneDevice
@@ -29,7 +30,7 @@ _AROUND = 4.0  # factor about a guess of the frequency within which the spectrum
 _SAMPLES, _LEAST_SAMPLES, _FREQUENCIES, _OVERSAMPLED = 2000, 7, 20_000, 4.0
 
 
-def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
+def limits_of(problem: Misfit, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
     """Lower and upper bounds of the unknowns, each (k,).
 
     Raises InvalidInput for bounds of another name, and for those that are not allowed.
@@ -46,18 +47,13 @@ def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tu
         elif own not in OF_START and not problem.linear[k]:
             low[k], high[k] = allowed(problem.recorded[0].system, own)
         if name in bounds:
-            ends = tuple(bounds[name])
-            if len(ends) != 2 or not low[k] <= ends[0] < ends[1] <= high[k]:
-                told = f"two ascending numbers, from {low[k]:g} "
-                told += "on" if high[k] == np.inf else f"to {high[k]:g}"
-                raise InvalidInput(f"bounds of {name}", ends, told)
-            low[k], high[k] = ends
+            low[k], high[k] = checked_ends(f"bounds of {name}", bounds[name], low[k], high[k])
         if not low[k] <= problem.guess[k] <= high[k]:
             raise InvalidInput(name, problem.guess[k], f"from {low[k]:g} to {high[k]:g} as a guess")
     return low, high
 
 
-def drawn(problem: Problem, limits: tuple[Vector, Vector], count: int, seed: int) -> list[Vector]:
+def drawn(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: int) -> list[Vector]:
     """Guesses between the bounds, or without bounds between half and twice the guess."""
     if not count:
         return []
@@ -77,7 +73,7 @@ def drawn(problem: Problem, limits: tuple[Vector, Vector], count: int, seed: int
     return list(first + sobol(len(first), count, seed) * (last - first))
 
 
-def spectral(problem: Problem, limits: tuple[Vector, Vector]) -> list[Vector]:
+def spectral(problem: Misfit, limits: tuple[Vector, Vector]) -> list[Vector]:
     """Guesses with the frequency of the drive at the spectrum's peak, its half and its double."""
     run, name = problem.recorded[0], [*drives(problem.recorded[0].system)][1]
     if name not in problem.unknown or len(problem.recorded) > 1:
@@ -104,7 +100,7 @@ def spectral(problem: Problem, limits: tuple[Vector, Vector]) -> list[Vector]:
     return found
 
 
-def best_of(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:
+def best_of(problem: Misfit, guesses: Sequence[Vector]) -> list[Vector]:
     """Guesses sorted by their cost, as many as the time limit allows."""
     if len(guesses) == 1 and not problem.partly:
         return list(guesses)
@@ -119,7 +115,7 @@ def best_of(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:
     return [found[i] for i in order] or [guesses[0]]
 
 
-def begun(problem: Problem, values: Vector) -> tuple[Vector, float]:
+def begun(problem: Misfit, values: Vector) -> tuple[Vector, float]:
     """Guess completed from the measurements, and its cost.
 
     If the phase and start of a run are unknown, they are those at which the steady motion from rest
@@ -130,7 +126,7 @@ def begun(problem: Problem, values: Vector) -> tuple[Vector, float]:
     values = values.copy()
     for run, places in zip(problem.recorded, problem.places, strict=True):
         if run.sought:
-            alone = Problem([run], run.unknown)
+            alone = Misfit([run], run.unknown)
             tried = [_solved(alone, one) for one in _starts(run, values[places])]
             values[places] = min(tried, key=lambda one: one[1])[0]
     return _solved(problem, values)
@@ -164,7 +160,7 @@ def _period(run: Recorded, values: Vector) -> float:
     return math.tau / system.rate if isinstance(system, SceneDevice) else system.period
 
 
-def _solved(problem: Problem, values: Vector) -> tuple[Vector, float]:
+def _solved(problem: Misfit, values: Vector) -> tuple[Vector, float]:
     """Values with the linear unknowns at the least sum of absolute deviations, and that sum."""
     residuals, jacobian = problem.without_slopes(values)
     linear, held = np.flatnonzero(problem.linear), values.copy()

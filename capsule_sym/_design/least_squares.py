@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.problem import Problem
+from capsule_sym._design.problem import Misfit
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 
@@ -85,7 +85,7 @@ class Least(NamedTuple):
 
 
 def least(
-    problem: Problem, guess: Vector, limits: tuple[Vector, Vector], loss: str, steps: int
+    problem: Misfit, guess: Vector, limits: tuple[Vector, Vector], loss: str, steps: int
 ) -> Least:
     """Least squares from a guess, as far as the time limit allows."""
     guess = np.clip(guess, *limits)
@@ -100,7 +100,7 @@ def least(
 
 
 def solved(
-    problem: Problem, start: Vector, limits: tuple[Vector, Vector], loss: Loss, steps: int
+    problem: Misfit, start: Vector, limits: tuple[Vector, Vector], loss: Loss, steps: int
 ) -> Least:
     """Least squares with one loss; at the time limit the best of the values tried."""
     count = len(problem.values)
@@ -145,7 +145,7 @@ class Profile:
     """Least squares with one unknown fixed: growth of the sum, and ends of the interval."""
 
     def __init__(
-        self, problem: Problem, found: Least, limits: tuple[Vector, Vector], k: int, variance: float
+        self, problem: Misfit, found: Least, limits: tuple[Vector, Vector], k: int, variance: float
     ) -> None:
         """`variance` is the sum's growth with the unknown off by a standard error."""
         self.problem, self.found, self.limits, self.k = problem, found, limits, k

@@ -28,7 +28,7 @@ class _Enough(Exception):
     """Raised if a search makes no further progress."""
 
 
-class Model(Protocol):
+class SearchModel(Protocol):
     """Objective and constraints of a search."""
 
     def by_u(self, rows: Matrix) -> Matrix:
@@ -38,14 +38,14 @@ class Model(Protocol):
         """Place at variables next to a known one; None if there is none."""
 
 
-class Search:
+class LocalSearch:
     """Search from a place, with the places it passed; no variable moves beyond `reach`.
 
     With several scenarios the last variable is a level to minimise, an upper bound of all
     objectives.
     """
 
-    def __init__(self, model: Model, first: Place, reach: float = 1.0) -> None:
+    def __init__(self, model: SearchModel, first: Place, reach: float = 1.0) -> None:
         self.model, self.first, self.evaluations = model, first, 1
         self.low, self.high = np.maximum(first.u - reach, 0.0), np.minimum(first.u + reach, 1.0)
         self.known = {first.u.tobytes(): first}

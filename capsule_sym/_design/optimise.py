@@ -25,7 +25,7 @@ from capsule_sym._design.quantities import (
     real,
 )
 from capsule_sym._errors import InvalidInput, check_one_of
-from capsule_sym._map.checks import SEARCH_SECONDS, check_count, check_start, checked_seconds
+from capsule_sym._map import checks
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
 from capsule_sym._systems import check_parameter
@@ -44,7 +44,7 @@ def optimise(
     among: str = STARTS,
     samples: int = 2048,
     seed: int = 0,
-    max_seconds: float = SEARCH_SECONDS,
+    max_seconds: float = checks.SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Optimum:
     """Parameters at which a metric of the steady motion is greatest, or least.
@@ -139,7 +139,7 @@ def optimise(
     )
     check_survey(samples, seed)
     optimiser = Optimiser(program)
-    with Watch(checked_seconds(max_seconds)):
+    with Watch(checks.checked_seconds(max_seconds)):
         optimiser.run(samples, seed)
     return optimiser.result
 
@@ -199,7 +199,7 @@ def _check_ends(program: Program) -> None:
             u[i] = end
             system = program.system_at(u)
             try:
-                check_start(dimensionless(system), (0.0, 0.0, 0.0), 0.0, 1)
+                checks.check_start(dimensionless(system), (0.0, 0.0, 0.0), 0.0, 1)
             except InvalidInput as error:
                 bounds = float(program.low[i]), float(program.high[i])
                 allowed = f"such that {error.field} is {error.allowed}"
@@ -208,8 +208,8 @@ def _check_ends(program: Program) -> None:
 
 def check_survey(samples: int, seed: int) -> None:
     """Raises InvalidInput for counts that are not allowed."""
-    check_count("samples", samples, *SAMPLES)
-    check_count("seed", seed, *SEED)
+    checks.check_count("samples", samples, *SAMPLES)
+    checks.check_count("seed", seed, *SEED)
 
 
 def _check_bounds(over: Mapping[str, Sequence[float]], system: System) -> None:
@@ -218,11 +218,4 @@ def _check_bounds(over: Mapping[str, Sequence[float]], system: System) -> None:
         raise InvalidInput("over", over, "one parameter or more, each with its bounds")
     for name, bounds in over.items():
         check_parameter("over", name, system)
-        ends = tuple(bounds) if isinstance(bounds, Sequence | np.ndarray) else ()
-        least, told = allowed(system, name)[0], "two ascending finite numbers"
-        told += "" if least < 0 else ", from 0 on"
-        if len(ends) != 2 or not all(map(real, ends)):
-            raise InvalidInput(f"bounds of {name}", bounds, told)
-        if not least <= ends[0] < ends[1]:
-            above = told.replace("from", "above") if least > 0 else told
-            raise InvalidInput(f"bounds of {name}", ends, above)
+        checks.checked_ends(f"bounds of {name}", bounds, allowed(system, name)[0])

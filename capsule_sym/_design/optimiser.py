@@ -16,7 +16,7 @@ import numpy as np
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.cells import BEYOND, evaluate
 from capsule_sym._design.evaluation import closed
-from capsule_sym._design.local import Search
+from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, optimum_of
 from capsule_sym._design.polish import (
     BASIN,
@@ -143,7 +143,7 @@ class Optimiser:
         self.program.tell(f"search {self.followed}")
         if first is None:
             return None
-        search = Search(self.program, first)
+        search = LocalSearch(self.program, first)
         places = search.run()
         self.evaluations += search.evaluations
         kept = next(iter(self.led(places[:_PASSED])), first)

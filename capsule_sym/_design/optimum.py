@@ -46,7 +46,9 @@ class Constraint:
     """Constraint at an optimum: its slack and multiplier.
 
     `multiplier` is the gain of the metric per unit by which the limit is relaxed; 0 if the
-    constraint is not active. `scenario` is the number of the start and tolerances.
+    constraint is not active. `text` is the limit with the metric or variable that it bounds.
+    `slack` is the distance from it, 0 or more where it holds, in the unit of the metric: SI for a
+    device, else dimensionless. `scenario` counts combinations of start and tolerances from 0.
     """
 
     text: str

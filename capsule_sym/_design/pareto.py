@@ -17,7 +17,7 @@ import numpy as np
 
 from capsule_sym._design.counts import POINTS
 from capsule_sym._design.front import Front
-from capsule_sym._design.front_points import SAME, Point, Points
+from capsule_sym._design.front_points import SAME, Points, Trade
 from capsule_sym._design.optimise import check_survey, program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
@@ -147,7 +147,7 @@ class _Fronts(Points):
     def __init__(self, program: Program, cost: Function, count: int) -> None:
         other = replace(program, function=cost, sign=1)
         super().__init__(Optimiser(program), Optimiser(other), count)
-        self.known: dict[tuple[Point, Point], bool] = {}
+        self.known: dict[tuple[Trade, Trade], bool] = {}
         """Pairs of points, and whether they are on different branches."""
         self.missed = 0
         """Number of points that were not found."""
@@ -235,12 +235,12 @@ class _Fronts(Points):
             pair for pair in pairwise(points) if not self.gap(*pair) and self.apart(*pair)
         ]
 
-    def add(self, point: Point) -> None:
+    def add(self, point: Trade) -> None:
         """Keep a point, also as a start of other searches."""
         self.found.append(point)
         self.cells.add(point.u[None], np.array([point.both]))
 
-    def divide(self, low: Point, high: Point) -> None:
+    def divide(self, low: Trade, high: Trade) -> None:
         """Find a point between two, or the gap between them."""
         ways = (np.array(high.both) - low.both) / self.ranges
         column = int(ways[1] > -ways[0])  # the metric that changes more defines the point better
@@ -261,7 +261,7 @@ class _Fronts(Points):
         if self.length(*sides) > self.short:
             self.gaps.append((sides[0], sides[1]))
 
-    def best(self, column: int, bound: float, near: Sequence[Point]) -> Point | None:
+    def best(self, column: int, bound: float, near: Sequence[Trade]) -> Trade | None:
         """Best of a metric with the other at most at a bound, both in the sense of minimisation.
 
         Searches begin at the best places of the survey, and at points near to it.
@@ -274,9 +274,9 @@ class _Fronts(Points):
         if not kept:
             return None
         place = min(kept, key=lambda end: end.worst)
-        return Point(place.u, self.both(place.u, place.motions), column, (optimiser, place))
+        return Trade(place.u, self.both(place.u, place.motions), column, (optimiser, place))
 
-    def polish(self, point: Point) -> None:
+    def polish(self, point: Trade) -> None:
         """Solve for the conditions of a point."""
         assert point.search is not None
         optimiser, place = point.search
@@ -310,7 +310,7 @@ class _Fronts(Points):
             if known and (better := self.best(0, point.both[1], ())):
                 self.add(better)
 
-    def apart(self, low: Point, high: Point) -> bool:
+    def apart(self, low: Trade, high: Trade) -> bool:
         """True if two points are on different branches: drives between distant ones are worse."""
         if abs(low.u - high.u).max() <= _FAR:
             return False
@@ -318,7 +318,7 @@ class _Fronts(Points):
             self.known[low, high] = self.worse(low, high, self.length(low, high))
         return self.known[low, high]
 
-    def worse(self, low: Point, high: Point, by: float) -> bool:
+    def worse(self, low: Trade, high: Trade, by: float) -> bool:
         """True if a drive between those of two points is worse, by a share of a range."""
         both = self.cells.values(low.u + _BETWEEN * (high.u - low.u))
         return not bool(np.all(both <= np.maximum(low.both, high.both) + by * self.ranges))

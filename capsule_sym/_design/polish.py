@@ -17,7 +17,7 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.local import Search
+from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import Budget, Exhausted, Place, Program
 from capsule_sym._design.stationary import Stationary, rough, stationary
@@ -222,7 +222,7 @@ def on_piece(program: Program, place: Place) -> Rest | None:
         first = piece.at(place.u)
         if first is None:
             return rest
-        best = Search(piece, first, _REACH).run()[0]
+        best = LocalSearch(piece, first, _REACH).run()[0]
         found = stationary(piece, best)
         good = found is not None and found.minimal and _as_good(found, best)
         if found is None or not good:

@@ -32,10 +32,10 @@ def about_trend(times: Vector, values: Vector) -> Vector:
     return found
 
 
-class Problem:
+class Misfit:
     """Residuals and their Jacobian at values of the unknowns.
 
-    The unknowns are those that runs share, and those of each run, named "run.name".
+    The unknowns are those that runs share, and those of each run, named "run.name" if it has one.
     """
 
     def __init__(
@@ -44,7 +44,11 @@ class Problem:
         shared: Sequence[str],
         progress: Callable[[str], object] | None = None,
     ) -> None:
-        """`shared` are the unknowns with one value in all runs; each run has its own others."""
+        """`shared` are the unknowns with one value in all runs; each run has its own others.
+
+        The guess of a shared one is that of the last run. Raises InvalidInput unless there are more
+        values than unknowns.
+        """
         self.recorded, self.shared, self.progress = tuple(recorded), tuple(shared), progress
         self.doing, self.evaluations = "", 0
         named = [

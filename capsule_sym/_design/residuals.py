@@ -26,7 +26,7 @@ _BLOCK = 2**15  # times whose derivatives, 48 each, are in memory at once
 _STILL = 1e-5  # velocity of a capsule that comes to rest within its square
 
 
-class _Run(NamedTuple):
+class _Modelled(NamedTuple):
     """Motion at values of the unknowns, and its times (n,), in units of the model."""
 
     trajectory: Trajectory | None
@@ -116,7 +116,7 @@ class Recorded:
         scene = self.system.scene
         return first is not None and not drift(int(first.records["field"][0]), scene)
 
-    def _run(self, values: Vector) -> _Run:
+    def _run(self, values: Vector) -> _Modelled:
         """Motion at these values."""
         now, system = self.now(values), self.system_at(values)
         p, units = dimensionless(system), np.ones(len(OF_START))
@@ -135,7 +135,7 @@ class Recorded:
             if np.array_equal(values, self.guess):
                 raise
             lost = True
-        return _Run(None if lost else run, times, start, units, (phase - reduced) / p.omega)
+        return _Modelled(None if lost else run, times, start, units, (phase - reduced) / p.omega)
 
     def at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix, str]:
         """Model (n,), its Jacobian (n, k), and the itinerary of the run.
@@ -181,7 +181,7 @@ class Recorded:
         offsets, drifts = np.array(added)[self.data.column].T
         return scales * found + offsets + drifts * self.elapsed, jacobian, run.itinerary
 
-    def _chain(self, values: Vector, run: _Run) -> tuple[Matrix, Vector, Vector, Vector]:
+    def _chain(self, values: Vector, run: _Modelled) -> tuple[Matrix, Vector, Vector, Vector]:
         """Derivatives of start and parameters by the unknowns (n, k), and of others, each (k,).
 
         The others are x_c at the start, and the logarithms of the units of length and of rate.

@@ -16,7 +16,7 @@ from capsule_sym._design.fit import Fit, fitted
 from capsule_sym._design.guesses import SLIPS, limits_of
 from capsule_sym._design.measured import OF_STATE, measured
 from capsule_sym._design.measurement_files import read_measured
-from capsule_sym._design.problem import Problem
+from capsule_sym._design.problem import Misfit
 from capsule_sym._design.quantities import System, real
 from capsule_sym._design.residuals import PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
@@ -152,7 +152,7 @@ def fit_rig(
     >>> print(found.status, {name: round(value, 6) for name, value in found.values.items()})
     converged {'zeta': 0.05, 'scale': 500.0, 'slow.offset_x_r': 20.0}
     """
-    problem = Problem(recorded(rig, system), tuple(rig.unknown), progress)
+    problem = Misfit(recorded(rig, system), tuple(rig.unknown), progress)
     limits = limits_of(problem, rig.bounds)
     return fitted(problem, limits, loss, starts, follow, seed, steps, max_seconds)
 

@@ -42,7 +42,7 @@ class Slopes(Protocol):
         """Derivatives by the variables, from those by all parameters."""
 
 
-class Model(Slopes, Protocol):
+class SmoothModel(Slopes, Protocol):
     """Model to solve."""
 
     def at(self, u: Vector) -> Place | None:
@@ -68,7 +68,7 @@ class Stationary:
     signs of a minimum, and the curvature along the active constraints is not negative."""
 
 
-def stationary(model: Model, place: Place) -> Stationary | None:
+def stationary(model: SmoothModel, place: Place) -> Stationary | None:
     """Stationary place next to a place; None if an orbit is lost."""
     found: Stationary | None = None
     tried = set[bytes]()
@@ -146,7 +146,7 @@ class _Balance:
 class _Conditions(_Balance):
     """Equations of a stationary place, solved by Newton's method."""
 
-    def __init__(self, model: Model, place: Place) -> None:
+    def __init__(self, model: SmoothModel, place: Place) -> None:
         super().__init__(model, place)
         self.model, self.known = model, dict[bytes, Place]()
 

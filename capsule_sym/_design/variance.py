@@ -26,8 +26,9 @@ class MetricSpread(NamedTuple):
 
     `deviation` is the standard deviation; `quantiles` are those at `QUANTILES`. `first` and
     `total`, (k,), are Sobol's indices of the k parameters, with their 95 % intervals (k, 2).
-    `numbers` is the share of samples with a finite value; samples without a periodic motion have
-    none.
+    `mean`, `deviation` and `quantiles` (() without values) are those of the first of two sets of
+    samples. `numbers` is the share of all samples with a finite value; samples without a periodic
+    motion have none, and count as the mean in the indices. Indices of a constant metric are nan.
     """
 
     metric: str

@@ -62,8 +62,8 @@ def plot_bifurcations(
 ) -> Figure:
     """Stroboscopic x_r and v_r and the average velocity along a branch, stable parts solid.
 
-    Every exact bifurcation point has a marker with its label above; the legend below explains the
-    labels.
+    Every exact bifurcation point has a marker. Its label is above, one for neighbours that lie too
+    close; the legend below explains the labels.
 
     Parameters
     ----------
@@ -71,8 +71,9 @@ def plot_bifurcations(
         Branch as plain data. `parameter` is the name of the one that varies. `points` and
         `bifurcations` have for each orbit its `value`, its states at the beginning of each
         excitation period as `stroboscopic`, and its `average_velocity`, dimensionless. A point has
-        `stable` besides, a bifurcation its `label`, `type` and `line`. Files of `branch --out` have
-        no `stroboscopic`; `plot` makes the record of a branch.
+        `stable` and `itinerary` besides, a bifurcation its `label`, `type` and `line`, and
+        optionally `itinerary_before`, `itinerary_after` and `multipliers_after`. Files of `branch
+        --out` have no `stroboscopic`; `plot` draws a branch itself.
     width : float, default 7, above 0
         Width of a new figure, a number of inches. Within `figure_style` the default is its width.
     axes : three Axes of Matplotlib, optional

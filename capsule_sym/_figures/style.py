@@ -235,7 +235,7 @@ def of_records(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
             if isinstance(error, InvalidInput):
                 raise
             lacks = f"without {error}" if isinstance(error, KeyError) else str(error)
-            whole = "a whole one, as --out or --json of `branch` and `curve` gives it"
+            whole = "whole: with all that the function's documentation names"
             raise InvalidInput("record", lacks, whole) from error
 
     return drawn

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 from numbers import Integral
 
@@ -12,6 +13,7 @@ from capsule_sym._parameters import SceneParameters
 
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20
+_TINY = 1e-9  # a least value below it stands for 0, which is not allowed
 SEARCH_SECONDS = 600.0
 """Limit of time of a search, if none is given."""
 
@@ -38,6 +40,19 @@ def checked_seconds(value: float, field: str = "max_seconds") -> float:
     if not is_real(value) or not value > 0:
         raise InvalidInput(field, value, "a number > 0")
     return value
+
+
+def checked_ends(
+    field: str, given: object, least: float = -math.inf, most: float = math.inf
+) -> tuple[float, float]:
+    """Two ascending finite numbers within a range; raises InvalidInput for anything else."""
+    ends = tuple(given) if isinstance(given, Collection) else ()
+    pair = len(ends) == 2 and all(is_real(end) and math.isfinite(end) for end in ends)
+    if pair and least <= ends[0] < ends[1] <= most:
+        return float(ends[0]), float(ends[1])
+    told = ", above 0" if 0 < least < _TINY else f", from {least:g}" if least > -math.inf else ""
+    told += "" if not told else " on" if most == math.inf else f" to {most:g}"
+    raise InvalidInput(field, given, f"two ascending finite numbers{told}")
 
 
 @lru_cache

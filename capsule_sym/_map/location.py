@@ -34,7 +34,7 @@ _SHORT = 2.0**-20
 _LONG_REST = 8  # periods of rest from which on its energy is of use
 
 
-class Start(NamedTuple):
+class Begin(NamedTuple):
     """Start of a segment: state, forcing angle, and the guards that vanish there exactly.
 
     `gap` is relative to the field's own stop, `other` to the second stop. `zeros` gives, for each
@@ -57,7 +57,7 @@ class SegmentStart:
     """Successor field at a state, and the start of its segment."""
 
     field: int
-    start: Start
+    start: Begin
 
 
 Tangency = tuple[Outcome, Number]
@@ -69,7 +69,7 @@ cannot decide if it touched, missed, or crossed twice.
 
 
 @dataclass(frozen=True)
-class Switch:
+class End:
     """End of a segment: time, guards that fired, state, and outcome.
 
     `guards` is empty where none fired (END, NEVER). `evaluations` counts evaluations of the closed
@@ -92,7 +92,7 @@ class Switch:
 _CERTAIN = (Outcome.REGULAR, Outcome.END, Outcome.NEVER)
 
 
-class Flow:
+class Course:
     """Closed form of one segment from one start, with error bounds and a count of calls."""
 
     def __init__(self, backend: Backend, c: Any, begin: SegmentStart) -> None:
@@ -237,7 +237,7 @@ class Flow:
         return error_x, error_v, units * terms + unit * abs(v_c)
 
 
-def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
+def locate(flow: Course, limit: Number, watch: Watch | None = None) -> End:
     """First switch of the segment within (0, limit], at the latest an edge of pulses.
 
     A switch that cannot be distinguished from the edge is a CORNER with it. Otherwise it is that of
@@ -246,7 +246,7 @@ def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
     if not pulsed(flow.c):
         return _locate_guard(flow, limit, watch)
     edge, error = flow.to_edge()
-    at_edge = Switch(Outcome.REGULAR, (Guard.EDGE,), edge, flow.origin, flow.evaluations)
+    at_edge = End(Outcome.REGULAR, (Guard.EDGE,), edge, flow.origin, flow.evaluations)
     if edge == 0:
         return at_edge
     # The edge may lie anywhere within its error: positive up to here covers all cases.
@@ -262,11 +262,12 @@ def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
     return replace(found, outcome=Outcome.CORNER, guards=guards, tangencies=on_the_way)
 
 
-def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
+def _locate_guard(flow: Course, limit: Number, watch: Watch | None = None) -> End:
     """First time within (0, limit] at which a guard of the segment vanishes.
 
     The outcome is REGULAR (one guard crosses zero), CORNER (two cross and cannot be distinguished),
-    GRAZE or SLIDING_TANGENCY (a guard crosses with a slope that vanishes within its error bound),
+    GRAZE or SLIDING_TANGENCY (a guard is zero within its error bound, as is its slope, and is not
+    seen to turn back; touches that turn back are passed and listed in `tangencies`),
     NEVER (proved: no guard fires at any later time), END (proved: none fires up to the limit),
     STALLED (given up since steps do not advance), or UNDECIDED (given up after very many
     evaluations, or stopped by the watch).
@@ -282,13 +283,11 @@ def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Swit
     guards = [g for g in watched(c) if zeros.get(g, 0) < backend.kernels.JET_ORDER]
     while True:
         if flow.evaluations > _MOST_EVALUATIONS or (watch and watch.over):
-            return Switch(Outcome.UNDECIDED, (), now, at, flow.evaluations, tuple(tangencies))
+            return End(Outcome.UNDECIDED, (), now, at, flow.evaluations, tuple(tangencies))
         if short > most_short:
-            return Switch(Outcome.STALLED, (), now, at, flow.evaluations, tuple(tangencies))
+            return End(Outcome.STALLED, (), now, at, flow.evaluations, tuple(tangencies))
         if at_rest_forever(backend, c, at):
-            return Switch(
-                Outcome.NEVER, (), limit, flow(limit), flow.evaluations, tuple(tangencies)
-            )
+            return End(Outcome.NEVER, (), limit, flow(limit), flow.evaluations, tuple(tangencies))
         expansions = expand(backend, c, at)
         smallest = 4 * unit * max(now, _SHORTEST / c.rate)
         ahead = min(max(reach, smallest), limit - now)
@@ -326,7 +325,7 @@ def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Swit
                 turned = _turning(expansions, stuck, smallest, most, unit)
             if turned is None:
                 outcome = Outcome.CORNER if len(stuck) > 1 else _tangency(stuck[0])
-                return Switch(outcome, tuple(stuck), now, at, flow.evaluations, tuple(tangencies))
+                return End(outcome, tuple(stuck), now, at, flow.evaluations, tuple(tangencies))
             tangencies += [(_tangency(guard), now) for guard in stuck]
             horizon = turned
         if now + horizon >= limit:
@@ -334,7 +333,7 @@ def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Swit
             # expansions.
             last = flow(limit)
             outcome = Outcome.NEVER if at_rest_forever(backend, c, last) else Outcome.END
-            return Switch(outcome, (), limit, last, flow.evaluations, tuple(tangencies))
+            return End(outcome, (), limit, last, flow.evaluations, tuple(tangencies))
         # Double the next step if the whole of the last was cleared, else the cleared length.
         reach = 2 * ahead if horizon >= ahead else 2 * horizon
         short = short + 1 if horizon < _SHORT * min(now, 1 / c.rate) else 0
@@ -347,7 +346,7 @@ def _hidden(expansion: Expansion, zeros: int) -> bool:
     return bool(expansion.values[zeros] <= expansion.errors[zeros])
 
 
-def _further(flow: Flow, guards: list[Guard], at: Point, most: Number) -> Number:
+def _further(flow: Course, guards: list[Guard], at: Point, most: Number) -> Number:
     """Duration, up to `most`, in which other bounds than an expansion exclude a switch.
 
     Of the forced response alone, with an overdamped segment's slow mode while that is large and
@@ -402,8 +401,8 @@ def _turning(
 
 
 def _first(
-    flow: Flow, now: Number, searches: Mapping[Guard, Search], found: Mapping[Guard, Search]
-) -> Switch | None:
+    flow: Course, now: Number, searches: Mapping[Guard, Search], found: Mapping[Guard, Search]
+) -> End | None:
     """Switch, if one bracket precedes all other candidates; None if that is undecided."""
     brackets = {guard: s.bracket for guard, s in found.items() if s.bracket is not None}
     first = min(brackets, key=lambda guard: brackets[guard][1])
@@ -428,14 +427,14 @@ def _first(
     if outcome is Outcome.REGULAR and now + brackets[first][0] == 0:
         # At the start itself the guard is within its error of one more zero than is divided out.
         outcome = _tangency(first)
-    return Switch(outcome, together, roots[first], point, flow.evaluations)
+    return End(outcome, together, roots[first], point, flow.evaluations)
 
 
-def _about(flow: Flow, guard: Guard, h: Number) -> Expansion:
+def _about(flow: Course, guard: Guard, h: Number) -> Expansion:
     return expand(flow.backend, flow.c, flow(h))[guard]
 
 
-def _time_error(flow: Flow, guard: Guard, h: Number) -> Number:
+def _time_error(flow: Course, guard: Guard, h: Number) -> Number:
     """Bound on the error of a switching time: that of the guard over its slope, and rounding."""
     expansion = _about(flow, guard, h)
     slope = abs(expansion.values[1])

@@ -13,7 +13,7 @@ from capsule_sym._errors import Outcome, Status
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import Guard, Point, pulsed, side_of, watched
-from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
+from capsule_sym._map.location import Course, End, SegmentStart, locate
 from capsule_sym._map.segments import (
     Instant,
     Segment,
@@ -214,9 +214,9 @@ class Run:
         except Undetermined:
             return None
 
-    def first_switch(self, state: State, begin: SegmentStart, limit: Number) -> tuple[Flow, Switch]:
+    def first_switch(self, state: State, begin: SegmentStart, limit: Number) -> tuple[Course, End]:
         """Closed form of the segment from a state, and its first switch up to a duration."""
-        flow = Flow(self.numbers, self.constants[begin.field - 1], begin)
+        flow = Course(self.numbers, self.constants[begin.field - 1], begin)
         switch = locate(flow, limit, self.watch)
         decided = switch.outcome is Outcome.UNDECIDED or (switch.certain and tells(flow, switch))
         if self.escalate and not decided:
@@ -244,14 +244,14 @@ class Run:
             start = start_at(self.constants[settled.field - 1], state, cosine)
             return replace(settled, start=start._replace(zeros=settled.start.zeros))
 
-    def _escalate_switch(self, state: State, begin: SegmentStart, limit: Number) -> Switch:
+    def _escalate_switch(self, state: State, begin: SegmentStart, limit: Number) -> End:
         self.escalations += 1
         with fifty_digits(self.scene) as numbers:
             c = numbers.constants(begin.field, self.parameters)
             given = self.exactly(numbers, state)
             cosine, _ = numbers.cos_sin(given.angle, given.angle_rest)
             start = start_at(c, given, cosine)._replace(zeros=begin.start.zeros)
-            flow = Flow(numbers, c, replace(begin, start=start))
+            flow = Course(numbers, c, replace(begin, start=start))
             switch = locate(flow, numbers.number(limit), self.watch)
             _, angle, rest = _turned(flow, given, switch)
             self.exact = reached(flow, switch, angle)._replace(angle_rest=rest)
@@ -263,7 +263,7 @@ class Run:
             )
 
     def _arrive(
-        self, flow: Flow, switch: Switch, angle: Number, rest: Number
+        self, flow: Course, switch: End, angle: Number, rest: Number
     ) -> tuple[State, SegmentStart | None, str]:
         """State at a switch with its exactly known quantities, the successor, and its plane."""
         state = reached(flow, switch, angle)._replace(angle_rest=rest)
@@ -272,13 +272,13 @@ class Run:
         state, following = self._begin(state, flow.field)
         return state, following, plane(self.scene, state, following, Guard.EDGE in switch.guards)
 
-    def _advance(self, flow: Flow, duration: Number) -> Number:
+    def _advance(self, flow: Course, duration: Number) -> Number:
         if not flow.c.drift:
             return duration * 0
         advance = self.numbers.kernels.flow(flow.c, flow.closed, duration, True)[3]
         return self.numbers.number(advance)
 
-    def _strobe(self, flow: Flow, angle: Number, turns: int, passed: int, switch: Switch) -> None:
+    def _strobe(self, flow: Course, angle: Number, turns: int, passed: int, switch: End) -> None:
         """Record the states at the ends of the excitation periods that a segment passes."""
         for turn in range(max(1, passed + 1 - self.marks), passed + 1):
             h = min((turn * self.numbers.full_turn - angle) / self.omega, switch.duration)
@@ -289,7 +289,7 @@ class Run:
             self.stroboscopic_periods.append(turns + turn)
 
 
-def _turned(flow: Flow, state: State, switch: Switch) -> tuple[int, Number, Number]:
+def _turned(flow: Course, state: State, switch: End) -> tuple[int, Number, Number]:
     """Whole turns up to a switch, the angle there, and its rounding error."""
     c, numbers = flow.c, flow.backend
     turned = c.omega * switch.duration + state.angle_rest
@@ -339,12 +339,12 @@ def write(record: NDArray[np.void], run_state: RunState) -> None:
     record[...] = tuple(told[name] for name in record.dtype.names or ())
 
 
-def tells(flow: Flow, switch: Switch) -> bool:
+def tells(flow: Course, switch: End) -> bool:
     """True if the computed state at the end of a segment has the signs that are proved."""
     return all(sign * getattr(switch.point, name) > 0 for name, sign, _ in _proved(flow, switch))
 
 
-def _proved(flow: Flow, switch: Switch) -> Iterator[tuple[str, int, Number]]:
+def _proved(flow: Course, switch: End) -> Iterator[tuple[str, int, Number]]:
     """Quantities at a segment's end that are proved not to vanish: sign, and error of the value."""
     if switch.duration == 0 or switch.outcome is Outcome.UNDECIDED:
         return
@@ -365,7 +365,7 @@ def _proved(flow: Flow, switch: Switch) -> Iterator[tuple[str, int, Number]]:
         yield "v_c", c.drift, point.error_v_c
 
 
-def reached(flow: Flow, switch: Switch, angle: Number) -> State:
+def reached(flow: Course, switch: End, angle: Number) -> State:
     """State at the end of a segment.
 
     A guard that fired is exactly zero, whatever its rounded value. A guard that did not fire is

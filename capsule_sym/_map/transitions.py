@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
-from capsule_sym._map.location import SegmentStart, Start
+from capsule_sym._map.location import Begin, SegmentStart
 from capsule_sym._parameters import CAPSULE
 
 
@@ -134,7 +134,7 @@ def _sign(value: Number) -> int:
     return int(value > 0) - int(value < 0)
 
 
-def start_at(c: Any, state: State, cosine: Number = None) -> Start:
+def start_at(c: Any, state: State, cosine: Number = None) -> Begin:
     """Start of a segment with constants `c` at a state, before its zeros are known.
 
     The forcing's cosine is needed if the drive reacts.
@@ -144,7 +144,7 @@ def start_at(c: Any, state: State, cosine: Number = None) -> Start:
         margin = c.friction_at(state.bound) - c.friction
     else:
         margin = c.margin_at(state.x_r, gap, state.v_r, cosine)
-    return Start(
+    return Begin(
         state.x_r, gap, state.v_r, state.v_c, margin, state.angle, {}, state.angle_rest, other
     )
 
@@ -153,7 +153,7 @@ def _departing(
     backend: Backend,
     c: Any,
     state: State,
-    start: Start,
+    start: Begin,
     forcing: tuple[Number, Number],
     vanish: bool,
 ) -> dict[Guard, int] | None:

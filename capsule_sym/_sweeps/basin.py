@@ -30,19 +30,20 @@ _QUANTITIES = ("itinerary", "progression", "final")
 _MOST_CELLS = 10**8  # their final states are held in memory
 
 
-class Basin(NamedTuple):
+class Basins(NamedTuple):
     """Attractors of a basin, the most frequent first, and the attractor number of each cell."""
 
     attractors: tuple[Attractor, ...]
     numbers: NDArray[np.int16]
 
 
-def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[Summary, Basin]:
+def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[Summary, Basins]:
     """Run of a basin, with the attractor number of each cell.
 
     The variable `attractor` is added to the results of the store. Attractors are stable orbits that
     Newton's method finds from the ends of the runs. A cell has the number -1 if its motion is not
-    periodic, or if no stable orbit is found from its final state. The cells compute their
+    periodic, or if no stable orbit is found from its final state. After 20 such states those that
+    are in no known neighbourhood have -1 too. The cells compute their
     itinerary, progression and final state, whatever the sweep requests.
 
     Parameters
@@ -59,9 +60,9 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
     -------
     Summary
         Summary of the run, as from `run_sweep`.
-    Basin
+    Basins
         Named tuple: `attractors`, the most frequent first, and `numbers`, the attractor number of
-        each cell, in the shape of the sweep. It has none if the run did not finish.
+        each cell, in the shape of the sweep. Both are empty if the run did not finish.
 
     Raises
     ------
@@ -104,7 +105,7 @@ class _OverStarts(Sweep):
     """Sweep over starts; `found` is its basin after the run."""
 
     kind = "basin"
-    found: Basin = field(default=Basin((), np.empty(0, np.int16)), init=False)
+    found: Basins = field(default=Basins((), np.empty(0, np.int16)), init=False)
 
     def further(self, store: Path) -> dict[str, Any]:
         """Attractor number of each cell."""
@@ -116,7 +117,7 @@ class _OverStarts(Sweep):
         return {ATTRACTOR: Added(found.numbers, {"long_name": meaning, "attractors": records})}
 
 
-def identify(parameters: SceneParameters, results: xr.Dataset) -> Basin:
+def identify(parameters: SceneParameters, results: xr.Dataset) -> Basins:
     """Attractors of a basin: stable orbits that Newton's method finds from the ends of runs.
 
     The number is NONE for a cell without a periodic motion, or if no stable orbit is found from its
@@ -129,4 +130,4 @@ def identify(parameters: SceneParameters, results: xr.Dataset) -> Basin:
     found = settling.identify(np.zeros(len(ends), np.intp), ends, periods)
     orbits = [closed_orbit(parameters, cycle) for cycle in settling.cycles[0]]
     table, numbers = collected(found, orbits)
-    return Basin(table, numbers.reshape(results["outcome"].shape))
+    return Basins(table, numbers.reshape(results["outcome"].shape))

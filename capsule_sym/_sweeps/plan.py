@@ -73,19 +73,19 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
     plan : mapping of str
         Table with these keys; all may be missing except `axes`.
 
-        - `axes`: the axes by name.
+        - `axes`: the axes by name: a parameter, or x_r, v_r, v_c or phase of the start.
         - `parameters`: the fixed parameters, dimensionless; by default those of the scene.
         - `device`: the fixed parameters in SI units instead. Quantities proportional to one
           parameter, such as P_d, may then be axes, or vary in a design, in SI units.
         - `start`: x_r, v_r, v_c and phase, dimensionless; each is 0 by default.
-        - `scene`: the scene, as in a file of parameters.
+        - `scene`: the name of a scene, such as "slope"; by default the paper's.
         - `periods`: length of a run in excitation periods, 1 or more, by default 300.
         - `tolerance`: change within which stroboscopic states repeat, dimensionless, above 0 and
           below 1, by default 1e-9.
         - `compute`: the quantities, by default `["itinerary"]`: some of itinerary, progression,
           final, multipliers, energies, forces and lyapunov.
-        - `chunk`: number of cells of a chunk along each axis. By default a chunk takes one to two
-          seconds.
+        - `chunk`: number of cells of a chunk along each axis. By default a chunk takes at most
+          about two seconds, and small sweeps are cut finer.
     path : str or path, default ""
         File from which the table comes. A folder that `scene` names is relative to it.
 

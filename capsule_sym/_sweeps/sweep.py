@@ -33,10 +33,12 @@ class Sweep:
     """Runs at every combination of the axes' values; all other values are fixed.
 
     A motion is periodic if the stroboscopic states repeat within `tolerance` after `periods`
-    excitation periods. Results are written in chunks of `chunk` cells along each axis; by default a
-    chunk takes one to two seconds. All quantities are dimensionless. If a `device` is given, its
-    parameters are used and axes may be `Axis.of_device`; results then have `si_scale` and
-    `si_units` to convert them to SI units. Raises InvalidInput for a value that is not allowed.
+    excitation periods. `phase` is a time, from 0 to below the excitation period. A sweep has at
+    most 10^10 cells. Results are written in chunks of `chunk` cells along each axis, at most 2^20
+    in all; by default a chunk takes at most about two seconds, and small sweeps are cut finer. All
+    quantities are dimensionless. If a `device` is given, its parameters are used and axes may be
+    `Axis.of_device`; results then have `si_scale` and `si_units` to convert them to SI units.
+    Raises InvalidInput for a value that is not allowed.
     """
 
     kind: ClassVar[str] = "sweep"

@@ -8,9 +8,9 @@ Nothing of the tool imports this module. Its names are not public, because they 
 
 from capsule_sym._symbolic.model.elimination import Relation, Undecided
 from capsule_sym._symbolic.model.geometry import (
-    CELLS, LINES, PIECES, SCENARIOS, SURFACES, Piece, disjoint, empty, meets,
+    CELLS, LINES, PIECES, SCENARIOS, SURFACES, StateSet, disjoint, empty, meets,
 )
-from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Segment
+from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Linear
 from capsule_sym._symbolic.model.proof import (
     consistent, evaluate, example, implies, negations, sign_under,
 )
@@ -31,7 +31,7 @@ from capsule_sym._symbolic.proofs.markdown import (
 from capsule_sym._symbolic.proofs.parts import PARTS, Part, bifurcations, part
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE, witness_text, witnesses
 from capsule_sym._symbolic.proofs.statement import (
-    Report, Result, Statement, Verdict, line, named, record, run, vanishes,
+    Finding, Report, Statement, Verdict, line, named, record, run, vanishes,
 )
 from capsule_sym._symbolic.proofs.table_proofs import (
     ASSUMED, Pairs, mechanism, on, passages, passages_at,

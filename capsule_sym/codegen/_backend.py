@@ -63,7 +63,7 @@ def _kept(text: str) -> str:
     return "".join(kept)
 
 
-class Backend:
+class Language:
     """Language: its printer, its spelling of functions, and its files.
 
     Templates are files of the backend's folder. In them `$name` is one of `texts`.

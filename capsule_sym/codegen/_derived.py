@@ -13,7 +13,7 @@ from capsule_sym._symbolic.model import declaration, jacobian
 from capsule_sym._symbolic.model.basis import FORCED
 from capsule_sym._symbolic.model.enclosure import coefficients, extended_rates
 from capsule_sym._symbolic.model.formulas import Formula, formulas
-from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+from capsule_sym._symbolic.model.model import SEGMENTS, Linear
 from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED
 from capsule_sym.codegen import INPUTS
 from capsule_sym.codegen._blocks import OWN, Assignments, blocks, segment_constants, shared_blocks
@@ -140,7 +140,7 @@ def _units(found: Iterable[Formula]) -> dict[str, int]:
     return {name.upper(): number for name, number in numbers.items()}
 
 
-def matrices(segment: Segment) -> dict[str, Matrix]:
+def matrices(segment: Linear) -> dict[str, Matrix]:
     """Rates and guards of a field: rows of coefficients of `EXTENDED` and, last, of 1."""
     found = {"rates": extended_rates(segment), "guards": segment.guards}
     return {name: [coefficients(row) for row in rows] for name, rows in found.items()}

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from capsule_sym._symbolic.theory import (
     SEGMENTS,
-    Segment,
+    Linear,
 )
 
 Itinerary = tuple[int, ...]
@@ -42,7 +42,7 @@ def _edge(contact: int, drift: int) -> str:
     return f"L{(1 if drift > 0 else 2) + 2 * contact}"
 
 
-def _fields(*indices: int) -> tuple[Segment, ...]:
+def _fields(*indices: int) -> tuple[Linear, ...]:
     return tuple(SEGMENTS[index - 1] for index in indices)
 
 

@@ -9,7 +9,7 @@ import sympy as sp
 from capsule_sym._symbolic.theory import (
     PARAMETERS,
     SEGMENTS,
-    Segment,
+    Linear,
     delta,
     example,
     tau,
@@ -62,7 +62,7 @@ def _side(text: str, unknown: str) -> sp.Expr:
     return sp.expand(symbol - zero / slope)
 
 
-def _friction(texts: Printed, segment: Segment) -> sp.Expr:
+def _friction(texts: Printed, segment: Linear) -> sp.Expr:
     if segment.stick:
         return _side(texts["reaction"], "F_f")
     return _side(texts["slip"], "F_f").xreplace({sp.sign(_SPEED): sp.Integer(segment.drift)})

@@ -16,7 +16,7 @@ import sympy as sp
 from capsule_sym._symbolic.theory import (
     SEGMENTS,
     STATE,
-    Segment,
+    Linear,
     Statement,
     alpha,
     beta,
@@ -46,18 +46,18 @@ RESTING = (v_r + v_c) ** 2 / 2 + gamma * v_c**2 / 2 + zeta * x_r * (v_r + v_c) +
 """With the springs' energy, a function that decreases to rest if the force is small."""
 
 
-def _at_rest(one: Segment, other: Segment) -> dict[sp.Symbol, int]:
+def _at_rest(one: Linear, other: Linear) -> dict[sp.Symbol, int]:
     """Symbols that are 0 if the two motions are in these segments."""
     speeds = ((one, v_c), (other, _OTHER[v_c]))
     return {speed: 0 for segment, speed in speeds if segment.stick}
 
 
-def _braking(one: Segment, other: Segment) -> sp.Expr:
+def _braking(one: Linear, other: Linear) -> sp.Expr:
     """Difference of both drifts times the difference of the friction forces on them."""
     return (v_c - _OTHER[v_c]) * (other.friction.subs(_OTHER) - one.friction)
 
 
-def _brakes(one: Segment, other: Segment) -> bool:
+def _brakes(one: Linear, other: Linear) -> bool:
     """True if that is a sum of products of a speed and a friction margin of the other motion.
 
     No speed |v_c| = drift v_c is negative, and no margin f_b + drift friction.
@@ -72,7 +72,7 @@ def _loses_energy(energy: sp.Expr) -> bool:
     apart = {symbol: symbol - twin for symbol, twin in _OTHER.items()}
     slopes = [energy.diff(symbol).subs(apart, simultaneous=True) for symbol in STATE]
 
-    def lost(one: Segment, other: Segment) -> bool:
+    def lost(one: Linear, other: Linear) -> bool:
         rates = [a - b.subs(_OTHER) for a, b in zip(one.field, other.field, strict=True)]
         gained = sum((s * rate for s, rate in zip(slopes, rates, strict=True)), sp.S.Zero)
         told = 2 * zeta * (v_r - _OTHER[v_r]) ** 2 + _braking(one, other)
@@ -85,7 +85,7 @@ def _loses_energy(energy: sp.Expr) -> bool:
 def _rigid() -> bool:
     """Check that, for beta = 0, motions of the same v_r differ in v_r + v_c at the rate -x_r."""
 
-    def rate(segment: Segment) -> sp.Expr:
+    def rate(segment: Linear) -> sp.Expr:
         return (segment.field[1] + segment.field[2]).subs(beta, 0)
 
     same = {_OTHER[v_r]: v_r}
@@ -135,7 +135,7 @@ def falls_far_out(bound: sp.Expr) -> bool:
 def comes_to_rest(bound: sp.Expr) -> bool:
     """Check that the bound and the springs' energy change as the proof states, in every field."""
 
-    def told(one: Segment) -> bool:
+    def told(one: Linear) -> bool:
         spring = one.interaction - 2 * zeta * v_r
         rates = zip(STATE, one.field, strict=True)
         gained = sum((bound.diff(x) * rate for x, rate in rates), spring * v_r)

@@ -8,8 +8,8 @@ import sympy as sp
 
 from capsule_sym._symbolic.theory import (
     SEGMENTS,
+    Linear,
     Relation,
-    Segment,
     delta,
     f_b,
     gamma,
@@ -84,7 +84,7 @@ def slope_jumps(line: Sequence[str], size: str) -> bool:
     return not any(gaps) and all(map(same, steps, wanted))
 
 
-def _side(segment: Segment, closed: bool) -> Relation:
+def _side(segment: Linear, closed: bool) -> Relation:
     """Side of the gap of a field; `closed` counts P2 = delta as contact."""
     if segment.contact:
         return (sp.Ge if closed else sp.Gt)(x_r, delta)
@@ -104,7 +104,7 @@ def domain(field: int) -> tuple[tuple[Relation, ...], ...]:
     return (sp.Gt(drift * v_c, 0), side), (rest, side, sp.Gt(drift * segment.field[2], 0))
 
 
-def acting(segment: Segment) -> tuple[tuple[Relation, ...], ...]:
+def acting(segment: Linear) -> tuple[tuple[Relation, ...], ...]:
     """States where a field acts, with the force beyond the bound (drift) or within it (stick)."""
     side, force = _side(segment, False), segment.interaction
     if segment.stick:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from capsule_sym._files import write_whole
 from capsule_sym._symbolic.theory import (
-    Result,
+    Finding,
     Statement,
 )
 from paper.claims.beside import AS_PRINTED
@@ -57,7 +57,7 @@ def words(item: Statement, witness: Mapping[str, str]) -> dict[str, str]:
     return {key: text for key, text in texts.items() if text}
 
 
-def differences(results: Iterable[Result], frozen: Expected, whole: bool = True) -> Iterator[str]:
+def differences(results: Iterable[Finding], frozen: Expected, whole: bool = True) -> Iterator[str]:
     """Differences between results and expected verdicts; `whole` if all statements were run."""
     found = {result.statement.name: result for result in results}
     for name, result in found.items():
@@ -83,7 +83,7 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def _lines(results: Iterable[Result]) -> Iterator[str]:
+def _lines(results: Iterable[Finding]) -> Iterator[str]:
     results = sorted(results, key=lambda result: result.statement.name)
     yield _HEAD
     yield "[status]"
@@ -96,7 +96,7 @@ def _lines(results: Iterable[Result]) -> Iterator[str]:
             yield from (f"{key} = {_quoted(text)}" for key, text in texts.items())
 
 
-def freeze(results: Iterable[Result], path: Path = PATH) -> None:
+def freeze(results: Iterable[Finding], path: Path = PATH) -> None:
     """Save the results as the expected verdicts."""
     write_whole(path, "\n".join(_lines(results)) + "\n", "--freeze")
     expected.cache_clear()

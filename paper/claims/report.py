@@ -12,8 +12,8 @@ from itertools import groupby
 from capsule_sym._symbolic.theory import (
     SCENARIOS,
     SEGMENTS,
+    Finding,
     Report,
-    Result,
     counts,
     leaves_of,
     local_maps,
@@ -55,13 +55,13 @@ evaluated in rational numbers. The sentence after "Proof" is the same argument b
 """
 
 
-def _alike(result: Result) -> tuple[str, ...]:
+def _alike(result: Finding) -> tuple[str, ...]:
     """Key of printed statements that are shown together."""
     item = result.statement
     return item.equation, result.status, item.derived, item.proof, item.consequence
 
 
-def _beside(results: Sequence[Result], number: int) -> Iterator[str]:
+def _beside(results: Sequence[Finding], number: int) -> Iterator[str]:
     """Printed statements that are alike, with the derivation, the proof, and the witnesses."""
     item, last = results[0].statement, number + len(results) - 1
     numbers = f"{number}" if len(results) == 1 else f"{number}–{last}"

@@ -25,7 +25,7 @@ from capsule_sym._symbolic.theory import (
     SURFACES,
     Leaf,
     Pairs,
-    Piece,
+    StateSet,
     along,
     consistent,
     delta,
@@ -77,7 +77,7 @@ def outside_all(point: str, sets: Sequence[Texts], within: Texts) -> bool:
     """Check that a point exists under conditions on the parameters and is in none of the sets."""
     piece, hypotheses = PIECES[point], scope(within)
     return consistent([*piece.relations, *hypotheses]) and all(
-        disjoint(piece, Piece("set", scope(one)), hypotheses) for one in sets
+        disjoint(piece, StateSet("set", scope(one)), hypotheses) for one in sets
     )
 
 

@@ -15,7 +15,7 @@ from capsule_sym._commands.signature import command, option
 from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
-    from capsule_sym._symbolic.theory import Result
+    from capsule_sym._symbolic.theory import Finding
 
 
 @command()
@@ -27,7 +27,7 @@ def claims(
     out: options.Path | None = options.out("Write the report with formulas here.", "FILE.md"),
     freeze: bool = option("Save the verdicts as the expected ones."),
     as_json: bool = options.as_json,
-) -> Sequence[Result]:
+) -> Sequence[Finding]:
     """Compare every printed statement of the paper with its derivation.
 
     One line for each statement: proved, refuted (a statement of the paper that fails, with its
@@ -46,7 +46,7 @@ def claims(
         chosen = everything.sections() if only is None else everything.named(only)
         progress.update(task, description="checking", total=sum(map(len, chosen.values())))
 
-        def advance(result: Result) -> None:
+        def advance(result: Finding) -> None:
             progress.advance(task)
             if not as_json:
                 # Above the bar: click's own stdout would write through it.

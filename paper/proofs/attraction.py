@@ -24,8 +24,8 @@ from capsule_sym import CapsuleError, Parameters, Trajectory, simulate
 from capsule_sym._enclosures.interface import (
     Ball,
     C,
+    Leg,
     Matrix,
-    Step,
     Unproved,
     arb,
     at_rest,
@@ -111,7 +111,7 @@ class Motions:
         self.angle = 2 * arb.pi() * arb(self.offset)
         self._soft = Soft(passage)
 
-    def steps(self, section: int) -> list[Step]:
+    def steps(self, section: int) -> list[Leg]:
         """The segments from one section to the next, in double precision."""
         return steps_of(self.run, section + self.offset, section + 1 + self.offset)
 

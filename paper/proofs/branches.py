@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from capsule_sym._enclosures.interface import (
     Ball,
     Shooting,
+    Signs,
     Tube,
     Unproved,
-    Watch,
     arb,
     ball,
     enclose,
@@ -53,7 +53,7 @@ def march(
     end: float,
     *,
     step: float,
-    watch: Watch,
+    watch: Signs,
     before: Box | None = None,
 ) -> Iterator[Box]:
     """Boxes of a column from one value to another, each with orbit, itinerary and stability.
@@ -84,7 +84,7 @@ def march(
 
 
 def _box(
-    shooting: Shooting, guess: Sequence[Ball], column: int, begin: float, end: float, watch: Watch
+    shooting: Shooting, guess: Sequence[Ball], column: int, begin: float, end: float, watch: Signs
 ) -> Box:
     middle = (begin + end) / 2
     radius = max(abs(end - middle), abs(middle - begin)) * (1 + 2.0**-50)

@@ -11,7 +11,7 @@ from capsule_sym import CodimensionTwoPoint, Parameters, continue_bifurcation
 from capsule_sym._enclosures.interface import (
     NEAR,
     Ball,
-    Event,
+    Proved,
     Tube,
     Unproved,
     beyond,
@@ -38,7 +38,7 @@ class ProvedPoint:
     one: balls that are apart.
     """
 
-    event: Event
+    event: Proved
     slopes: tuple[Ball, Ball]
 
 

@@ -13,13 +13,13 @@ from capsule_sym._enclosures.interface import (
     GUARD_ROWS,
     SIZE,
     Ball,
-    Evaluation,
+    BoxValues,
     Field,
     Matrix,
     Shooting,
+    Signs,
     Tube,
     Unproved,
-    Watch,
     arb,
     enclose,
     matrix,
@@ -41,7 +41,7 @@ class _Side(PatchOrbits):
     varied = ("alpha",)
     promising = 0.003
 
-    def rates(self, found: Evaluation) -> Matrix:
+    def rates(self, found: BoxValues) -> Matrix:
         """Derivative of all columns by the first coordinate, over the patch."""
         count, (first, _) = self.shooting.columns, self.axes
         rates = matrix(count, 1, [(first, 0, 1)])
@@ -124,7 +124,7 @@ class WithSegment(_Side):
         return within(patch.columns(patch.unique.tolist())[narrow.parameter("alpha")], part).hull
 
     def watched(
-        self, i: int, watch: Watch, field: Field, start: Matrix, end: Matrix, h: Ball, name: str
+        self, i: int, watch: Signs, field: Field, start: Matrix, end: Matrix, h: Ball, name: str
     ) -> None:
         """Prove the guards of segment i, for all durations of the short one but 0.
 
@@ -233,7 +233,7 @@ class WithoutSegment(_Side):
         raise failed
 
     def watched(
-        self, i: int, watch: Watch, field: Field, start: Matrix, end: Matrix, h: Ball, name: str
+        self, i: int, watch: Signs, field: Field, start: Matrix, end: Matrix, h: Ball, name: str
     ) -> None:
         """Prove the guards of segment i, one of them by its derivative by alpha in the window."""
         at, guard = self._fails

@@ -6,11 +6,11 @@ import math
 from bisect import bisect_right
 
 from capsule_sym import Trajectory
-from capsule_sym._enclosures.interface import Step
+from capsule_sym._enclosures.interface import Leg
 from capsule_sym._orbits.interface import guard_between
 
 
-def steps_of(trajectory: Trajectory, first: float, last: float) -> list[Step]:
+def steps_of(trajectory: Trajectory, first: float, last: float) -> list[Leg]:
     """The segments of a run between two times, both in excitation periods."""
     turn = math.tau / trajectory.parameters.omega
     whole = math.floor(first)
@@ -30,14 +30,14 @@ def steps_of(trajectory: Trajectory, first: float, last: float) -> list[Step]:
         if end <= 0 or begin >= reach:
             continue
         if end >= reach or k + 1 == len(segments):
-            found.append(Step(segment.field, reach - begin, None))
+            found.append(Leg(segment.field, reach - begin, None))
             break
         guard = guard_between(segment.field, segments[k + 1].field)
-        found.append(Step(segment.field, end - begin, guard))
+        found.append(Leg(segment.field, end - begin, guard))
     return found
 
 
-def itinerary_of(steps: list[Step]) -> tuple[int, ...]:
+def itinerary_of(steps: list[Leg]) -> tuple[int, ...]:
     """Fields of a turn: the first and the last segment are parts of one."""
     fields = [step.field for step in steps]
     if len(fields) > 1 and fields[0] == fields[-1]:

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from capsule_sym._enclosures.interface import (
+    Leg,
     Matrix,
-    Step,
     Unproved,
     arb,
     at_rest,
@@ -135,9 +135,9 @@ class _Period:
             raise Unproved("covering", "the capsule is not at rest where a period begins and ends")
         start = self._passage.section(one.part(part), arb(0))
         after = zip(one.fields, one.fields[1:], one.durations, strict=False)
-        steps = [Step(field, h, guard_between(field, then)) for field, then, h in after]
+        steps = [Leg(field, h, guard_between(field, then)) for field, then, h in after]
         rest = float(self._turn) - sum(one.durations)
-        steps.append(Step(one.fields[-1], rest, None))
+        steps.append(Leg(one.fields[-1], rest, None))
         ended = self._passage.moved(start, steps, self._turn, arb(0))
         return thin(ended[:2])
 

@@ -12,10 +12,10 @@ import numpy as np
 from capsule_sym import Bifurcation, Itinerary, Orbit, Parameters, continue_orbit, solve_orbit
 from capsule_sym._enclosures.interface import (
     Ball,
-    Event,
+    Proved,
     Shooting,
+    Signs,
     Unproved,
-    Watch,
     arb,
     ball,
     enclose,
@@ -60,7 +60,7 @@ def approximate(
     return branch.bifurcations, start
 
 
-def threshold(found: Bifurcation, exact: Mapping[str, Any]) -> Event:
+def threshold(found: Bifurcation, exact: Mapping[str, Any]) -> Proved:
     """A bifurcation with a segment of duration 0, proved; raises Unproved."""
     if found.segment is None:
         raise Unproved("type", f"a {found.type} has no segment of duration 0")
@@ -84,7 +84,7 @@ class _End:
         return found if self.gap else float(np.nextafter(found, -sign * np.inf))
 
 
-def _ends(event: Event) -> tuple[_End, _End]:
+def _ends(event: Proved) -> tuple[_End, _End]:
     """Both sides of a bifurcation: the itinerary with the inserted segment, and the other one."""
     assert event.other is not None
     value = event.values["alpha"]
@@ -148,7 +148,7 @@ def _inserted(end: _End, sign: int, length: float) -> tuple[int, float, float]:
 
 def prove_interval(low: _End, high: _End, report: Report = lambda box: None) -> ProvedInterval:
     """Every orbit of one itinerary between two ends, glued from box to box; raises Unproved."""
-    watch, shooting = Watch(), low.shooting
+    watch, shooting = Signs(), low.shooting
     alpha, length = shooting.parameter("alpha"), float((high.value - low.value).mid())
     latest: Box | None = None
     count = 0
@@ -184,7 +184,7 @@ def prove_interval(low: _End, high: _End, report: Report = lambda box: None) -> 
 
 
 def prove_intervals(
-    events: Sequence[Event],
+    events: Sequence[Proved],
     start: Orbit,
     exact: Mapping[str, Any],
     first: Ball,

@@ -21,7 +21,7 @@ from capsule_sym._enclosures.interface import (
     Field,
     Line,
     Matrix,
-    Watch,
+    Signs,
     floats,
     matrix,
     thin,
@@ -35,7 +35,7 @@ _ROUNDING = 2.0**-45  # bound on the error of products of six terms, over their 
 _TINY = 1e-290  # bound on the error of underflow
 
 
-class QuickWatch(Watch):
+class QuickWatch(Signs):
     """The guards of all fields, first tried in doubles."""
 
     def __init__(self) -> None:

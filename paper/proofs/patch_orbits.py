@@ -22,13 +22,13 @@ from flint import arb_series
 from capsule_sym._enclosures.interface import (
     SIZE,
     Ball,
+    BoxValues,
     Characteristic,
-    Evaluation,
     Field,
     Matrix,
     Shooting,
+    Signs,
     Unproved,
-    Watch,
     arb,
     floats,
     generated,
@@ -177,12 +177,12 @@ class PatchOrbits:
             found[at] = polynomial([self.centre[at], *self.path[k, 1:]], radii[k])
         return found
 
-    def evaluate(self, columns: Sequence[Form]) -> tuple[Evaluation, Form]:
+    def evaluate(self, columns: Sequence[Form]) -> tuple[BoxValues, Form]:
         """The equations, and their derivative by the unknowns that are solved for."""
         found = self.shooting.evaluate(columns, self.flows, divided=self.divided)
         return found, found.by * self.chosen
 
-    def enclose(self) -> Evaluation:
+    def enclose(self) -> BoxValues:
         """The segments of all orbits over the patch; raises Unproved without existence."""
         size = len(self.solved)
         found, by = self.evaluate(self.columns([0.0] * size))
@@ -208,7 +208,7 @@ class PatchOrbits:
             found, by = self.evaluate(self.columns(radii.tolist()))
         raise TooLarge(self.halvings())
 
-    def _refined(self, found: Evaluation, inverse: Matrix) -> Evaluation:
+    def _refined(self, found: BoxValues, inverse: Matrix) -> BoxValues:
         """The equations after terms of higher degree have been added to the polynomials."""
         for degree in range(2, DEGREE + 1):
             for k, powers in enumerate(MONOMIALS):
@@ -217,19 +217,19 @@ class PatchOrbits:
             found, _ = self.evaluate(self.columns([0.0] * len(self.solved)))
         return found
 
-    def admissible(self, found: Evaluation) -> None:
+    def admissible(self, found: BoxValues) -> None:
         """Prove the itinerary of every orbit, or raise Unproved.
 
         If a segment's guards are not proved over the whole patch, they are proved over parts of it.
         """
-        watches: dict[Part, tuple[dict[int, Field], Watch]] = {}
+        watches: dict[Part, tuple[dict[int, Field], Signs]] = {}
         for i, node in enumerate(found.nodes):
             flow, following = found.fields[i], found.nodes[(i + 1) % len(found.nodes)]
             name = f"segment {i + 1}, F{flow.index}"
             parts: list[tuple[Part, int]] = [((0.0, 1.0, 0.0, 1.0), 0)]
             while parts:
                 part, depth = parts.pop()
-                fields, watch = watches.setdefault(part, ({}, Watch()))
+                fields, watch = watches.setdefault(part, ({}, Signs()))
                 if flow.index not in fields:
                     fields[flow.index] = self._field(flow.index, part)
                 start, end = (_columns(within(one.state, part)) for one in (node, following))
@@ -243,7 +243,7 @@ class PatchOrbits:
                     parts += [(half, depth + 1) for half in _halves(part, along)]
 
     def watched(
-        self, i: int, watch: Watch, field: Field, start: Matrix, end: Matrix, h: Ball, name: str
+        self, i: int, watch: Signs, field: Field, start: Matrix, end: Matrix, h: Ball, name: str
     ) -> None:
         """Prove the guards of segment i over a part, or raise Unproved."""
         watch.segment(field, start, end, h, zeros(self.shooting.itinerary, i), name)

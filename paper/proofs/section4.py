@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from capsule_sym import Parameters, solve_orbit
-from capsule_sym._enclosures.interface import Event, Unproved, ball, certificates, precision
+from capsule_sym._enclosures.interface import Proved, Unproved, ball, certificates, precision
 from capsule_sym._native import Watch
 from paper.printed import panels, read
 from paper.proofs.branches import Box
@@ -35,7 +35,7 @@ class Section:
     """
 
     gamma: str
-    events: tuple[Event, ...]
+    events: tuple[Proved, ...]
     intervals: tuple[ProvedInterval, ...]
     failed: str
 
@@ -59,7 +59,7 @@ def prove_section(
     Results proved within `max_seconds` are kept; `failed` then states that the time was over.
     """
     exact = EXACT | {"gamma": gamma}
-    events: list[Event] = []
+    events: list[Proved] = []
     proved: list[ProvedInterval] = []
     failed = TIME_OVER
     with Watch(max_seconds):
@@ -115,7 +115,7 @@ def record(section: Section) -> dict[str, Any]:
     }
 
 
-def _told(event: Event) -> dict[str, Any]:
+def _told(event: Proved) -> dict[str, Any]:
     return {
         "type": event.type,
         "line": event.line,

@@ -25,10 +25,10 @@ from capsule_sym._enclosures.interface import (
     Ball,
     Duration,
     Field,
+    Leg,
     Line,
     Matrix,
     Passed,
-    Step,
     arb,
     around,
     bits,
@@ -119,7 +119,7 @@ class Passage(Boxes):
         """A bundle of states (3, n) at a forcing angle, in doubles."""
         return rounded(self.start(states, angle), self.directions)
 
-    def moved(self, bundle: Bundle, steps: Sequence[Step], total: Duration, angle: Ball) -> Bundle:
+    def moved(self, bundle: Bundle, steps: Sequence[Leg], total: Duration, angle: Ball) -> Bundle:
         """A bundle at the next section, a time `total` later.
 
         The steps lead there from the bundle's section; the last has no guard. `angle` is the
@@ -129,7 +129,7 @@ class Passage(Boxes):
         return self.section(last.ended, angle)
 
     def period(
-        self, bundle: Bundle, steps: Sequence[Step], total: Duration, angle: Ball
+        self, bundle: Bundle, steps: Sequence[Leg], total: Duration, angle: Ball
     ) -> tuple[Bundle, Matrix]:
         """A bundle at the next section, as `moved` gives it, and the derivative by the state."""
         ended, by = carried(self, thin(bundle), steps, total)
@@ -166,7 +166,7 @@ class Passage(Boxes):
 
 
 def carried(
-    passage: Boxes, start: Matrix, steps: Sequence[Step], total: Duration
+    passage: Boxes, start: Matrix, steps: Sequence[Leg], total: Duration
 ) -> tuple[Matrix, Matrix]:
     """A bundle after its steps, and the derivative (3, 3) by the state, over all of it."""
     together = getattr(passage, "omegas", None) is None

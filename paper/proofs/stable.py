@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 from capsule_sym._enclosures.interface import (
     Ball,
+    BoxValues,
     Characteristic,
-    Evaluation,
     Shooting,
+    Signs,
     Tube,
     Unproved,
-    Watch,
     characteristic,
     enclose,
     held,
@@ -20,7 +20,7 @@ from capsule_sym._enclosures.interface import (
 )
 
 
-def prove_stable(found: Evaluation) -> Characteristic:
+def prove_stable(found: BoxValues) -> Characteristic:
     """Prove that every orbit attracts its neighbours, or raise Unproved."""
     proved = characteristic(monodromy(found))
     for number, value in enumerate(proved.jury, 1):
@@ -35,7 +35,7 @@ def prove(
     given: Mapping[int, float],
     *,
     stable: bool = True,
-    watch: Watch | None = None,
+    watch: Signs | None = None,
 ) -> Tube:
     """Orbits near a guess over a box of given columns, with itinerary and optionally stability.
 

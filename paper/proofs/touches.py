@@ -26,8 +26,8 @@ from capsule_sym._enclosures.interface import (
     C,
     Duration,
     Field,
+    Leg,
     Matrix,
-    Step,
     Unproved,
     arb,
     floats,
@@ -58,7 +58,7 @@ class Soft:
         self.passage = passage
 
     def period(
-        self, bundle: Bundle, steps: Sequence[Step], total: Duration, angles: tuple[Ball, Ball]
+        self, bundle: Bundle, steps: Sequence[Leg], total: Duration, angles: tuple[Ball, Ball]
     ) -> tuple[Bundle, Matrix]:
         """A bundle at the next section, and a matrix that holds the quotients of differences.
 
@@ -70,13 +70,13 @@ class Soft:
             return self._softly(bundle, steps, total, angles, error)
 
     def hard(
-        self, bundle: Bundle, steps: Sequence[Step], total: Duration, angles: tuple[Ball, Ball]
+        self, bundle: Bundle, steps: Sequence[Leg], total: Duration, angles: tuple[Ball, Ball]
     ) -> tuple[Bundle, Matrix]:
         """The same without touches."""
         return self.passage.period(bundle, steps, total, angles[1])
 
     def moved(
-        self, bundle: Bundle, steps: Sequence[Step], total: Duration, angles: tuple[Ball, Ball]
+        self, bundle: Bundle, steps: Sequence[Leg], total: Duration, angles: tuple[Ball, Ball]
     ) -> Bundle:
         """A bundle at the next section."""
         try:
@@ -97,7 +97,7 @@ class Soft:
     def _softly(
         self,
         bundle: Bundle,
-        steps: Sequence[Step],
+        steps: Sequence[Leg],
         total: Duration,
         angles: tuple[Ball, Ball],
         error: Unproved,
@@ -119,7 +119,7 @@ class Soft:
     def _through(
         self,
         bundle: Bundle,
-        steps: Sequence[Step],
+        steps: Sequence[Leg],
         windows: Sequence[Window],
         total: Ball,
         angles: tuple[Ball, Ball],
@@ -171,7 +171,7 @@ class Soft:
     def _landed(
         self,
         bundle: Bundle,
-        steps: Sequence[Step],
+        steps: Sequence[Leg],
         total: Duration,
         angle: Ball,
         error: Unproved,
@@ -201,9 +201,7 @@ class Soft:
         *_, passed = self.passage.segments(here, rest, total)
         return self.passage.section(passed.ended, angle)
 
-    def _landing(
-        self, bundle: Bundle, steps: Sequence[Step]
-    ) -> tuple[list[Step], int, Guard] | None:
+    def _landing(self, bundle: Bundle, steps: Sequence[Leg]) -> tuple[list[Leg], int, Guard] | None:
         """Guess of the end of a drift at which the force is nearest to that of friction.
 
         The steps without a brief drift after it, the number of its step, and the guard.
@@ -226,7 +224,7 @@ class Soft:
         whole = sum(step.duration for step in steps[k + 1 : then + 1])
         return [*steps[: k + 1], replace(steps[then], duration=whole), *steps[then + 1 :]], k, guard
 
-    def _windows(self, bundle: Bundle, steps: Sequence[Step]) -> list[Window]:
+    def _windows(self, bundle: Bundle, steps: Sequence[Leg]) -> list[Window]:
         """Guesses of the windows of a bundle: where a guard of the middle is almost 0."""
         state, time, found = bundle[:SIZE, 0], 0.0, list[Window]()
         reach = float(np.max(np.sum(abs(bundle[:3, 1:]), axis=1)))
@@ -264,7 +262,7 @@ def _rest(bundle: Bundle) -> float:
     return float(np.max(np.sum(abs(bundle[:3, 2:]), axis=1)))
 
 
-def merged(steps: Sequence[Step]) -> list[Step]:
+def merged(steps: Sequence[Leg]) -> list[Leg]:
     """Steps without the shortest brief segment between two of one field."""
     found = list(steps)
     middles = [
@@ -277,17 +275,17 @@ def merged(steps: Sequence[Step]) -> list[Step]:
     if middles:
         k = min(middles, key=lambda at: steps[at].duration)
         whole = sum(step.duration for step in steps[k - 1 : k + 2])
-        found[k - 1 : k + 2] = [Step(steps[k + 1].field, whole, steps[k + 1].guard)]
+        found[k - 1 : k + 2] = [Leg(steps[k + 1].field, whole, steps[k + 1].guard)]
     return found
 
 
-def _cut(steps: Sequence[Step], at: float) -> tuple[list[Step], list[Step]]:
+def _cut(steps: Sequence[Leg], at: float) -> tuple[list[Leg], list[Leg]]:
     """Steps up to a time and from then on."""
-    ahead: list[Step] = []
+    ahead: list[Leg] = []
     for k, step in enumerate(steps):
         if step.duration > at:
             rest = replace(step, duration=step.duration - at)
-            return [*ahead, Step(step.field, at, None)], [rest, *steps[k + 1 :]]
+            return [*ahead, Leg(step.field, at, None)], [rest, *steps[k + 1 :]]
         ahead.append(step)
         at -= step.duration
     raise Unproved("guards", "a touch at the end of a period")

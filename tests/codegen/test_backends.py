@@ -20,7 +20,7 @@ from capsule_sym._symbolic.model.formulas import Formula
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import PARAMETERS
 from capsule_sym.codegen import _render
-from capsule_sym.codegen._backend import Backend
+from capsule_sym.codegen._backend import Language
 from capsule_sym.codegen._blocks import segment_constants
 from capsule_sym.codegen._derived import Derived, derive, lowered
 from capsule_sym.codegen._lower import lower
@@ -146,7 +146,7 @@ def test_no_two_backends_write_one_file_and_no_template_is_left_over() -> None:
 
 @pytest.mark.long
 def test_every_text_of_a_backend_stands_in_a_template(derived: Derived) -> None:
-    common = set(Backend.texts(Python(derived)))
+    common = set(Language.texts(Python(derived)))
     for kind in (*BACKENDS, Shared):
         backend = kind(derived)
         named = {name for text in backend.templates().values() for name in text.get_identifiers()}

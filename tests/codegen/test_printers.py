@@ -6,7 +6,7 @@ import operator
 import pytest
 import sympy as sp
 
-from capsule_sym.codegen._backend import Backend, wrapped
+from capsule_sym.codegen._backend import Language, wrapped
 from capsule_sym.codegen.backends.c import Bound, Real
 from capsule_sym.codegen.backends.c import C as CBackend
 from capsule_sym.codegen.backends.python import Python
@@ -19,7 +19,7 @@ A, B, C = sp.symbols("a b c")
     "expression",
     [A / B**2, -A / B**2, (A + C) / B**3, A / (2 * B**2), A * C / B**4, A / (B**2 * C)],
 )
-def test_a_quotient_by_a_power_is_one(expression: sp.Expr, backend: type[Backend]) -> None:
+def test_a_quotient_by_a_power_is_one(expression: sp.Expr, backend: type[Language]) -> None:
     value = eval(
         backend.printer.doprint(expression), {"a": 3.0, "b": 7.0, "c": 11.0}
     )  # spelled alike in C

@@ -22,7 +22,7 @@ from capsule_sym import (
 )
 from capsule_sym._design import fit as fit_module
 from capsule_sym._design.measured import measured
-from capsule_sym._design.problem import Problem
+from capsule_sym._design.problem import Misfit
 from capsule_sym._design.quantities import dimensionless_slopes, values_of, varied
 from capsule_sym._design.residuals import Recorded
 from capsule_sym._parameters import names_of
@@ -60,7 +60,7 @@ def physical(device=DEVICE_TRUE, **options):
 
 def problem_of(data, system, unknown, state, phase):
     given = dict(zip(("x_r", "v_r", "v_c"), state, strict=True)) | {"phase": phase}
-    return Problem([Recorded(measured(data), system, unknown, given)], unknown)
+    return Misfit([Recorded(measured(data), system, unknown, given)], unknown)
 
 
 def test_units_change_as_differences_say() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._design.front_points import SAME, Point
+from capsule_sym._design.front_points import SAME, Trade
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.pareto import _Fronts
 from capsule_sym._design.quantities import function_of
@@ -306,8 +306,8 @@ def test_points_of_a_front_are_worth_it_evenly_spaced_and_in_parts() -> None:
     fronts = searched()[0]
     fronts.ranges = np.array([2.0, 4.0])
 
-    def point(gain: float, cost: float, u: float = 0.5) -> Point:
-        return Point(np.array([u, u]), (-2 * gain, 4 * cost))
+    def point(gain: float, cost: float, u: float = 0.5) -> Trade:
+        return Trade(np.array([u, u]), (-2 * gain, 4 * cost))
 
     low, high = fronts.ends = point(0, 0), point(1, 1)
     kept = [point(0.2, 0.1), point(0.4, 0.3), point(0.42, 0.6), point(0.6, 0.62), point(0.9, 0.9)]
@@ -340,11 +340,11 @@ def test_points_that_places_of_the_survey_better_are_searched_again() -> None:
         np.array([0.5, 0.5]),
         [(0.0, 0.0), (-0.2, 0.4), (-0.4, 0.8), (-0.6, 1.2), (-1.0, 2.0)],
     )
-    low, *fronts.found, high = (Point(u, both) for both in every)
+    low, *fronts.found, high = (Trade(u, both) for both in every)
     fronts.ends, asked = (low, high), []
     gained = np.array([[-0.20005, 0.39], [-0.4002, 0.79]])
     fronts.cells.refine = lambda costs: fronts.cells.add(np.stack([u, u]), gained)
-    fronts.best = lambda column, bound, near: asked.append((column, bound)) or Point(u, (-0.7, 0.8))
+    fronts.best = lambda column, bound, near: asked.append((column, bound)) or Trade(u, (-0.7, 0.8))
     fronts.mend()
     assert asked == [(0, 0.8)]  # what is found betters the next point, too
     assert [one.both[0] for one in fronts.undominated] == [0.0, -0.2, -0.7, -1.0]

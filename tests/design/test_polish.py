@@ -8,7 +8,7 @@ from capsule_sym import Parameters, continue_orbit, solve_orbit
 from capsule_sym._design import pieces
 from capsule_sym._design import polish as polish_module
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.local import Search
+from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import optimum_of
@@ -45,7 +45,7 @@ def integral(orbit, rate):
 def at(metric, over, base, maximise, margin=None, u=0.5):
     """The program, and the best place of a search from the motion that rest leads to."""
     program = program_of(metric, over, base, maximise, (), margin, (REST,), None)
-    return program, Search(program, program.begin(np.atleast_1d(u))).run()[0]
+    return program, LocalSearch(program, program.begin(np.atleast_1d(u))).run()[0]
 
 
 @pytest.mark.parametrize(

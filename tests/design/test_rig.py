@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import binom
 
 import capsule_sym as cs
-from capsule_sym._design.problem import Problem
+from capsule_sym._design.problem import Misfit
 from capsule_sym._design.rig import recorded
 from tests.design.rigs import DEVICE, DRIVES, SCALE, SLIP, phase_of, video
 from tests.design.test_fit import PHASE, START, TRUE, series
@@ -104,7 +104,7 @@ def test_the_jacobian_of_a_rig_is_that_of_its_residuals() -> None:
     runs[1].data["v_m"] = np.gradient(runs[1].data["x_c"], runs[1].data["t"])
     runs[1].data["v_m"][::3] = 0.1
     unknown = ("mu", "k1", "M_m", "scale", "scale_x_c", "slip", "x_r")
-    problem = Problem(
+    problem = Misfit(
         recorded(rig(runs, unknown, ("phase", "drift", "P_d"), scale=8e3), GUESS), unknown
     )
     at = problem.guess.copy()

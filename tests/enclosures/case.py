@@ -7,7 +7,7 @@ import pytest
 
 from capsule_sym import Bifurcation, Parameters, continue_orbit, solve_orbit
 from capsule_sym._enclosures.numbers.balls import precision
-from capsule_sym._enclosures.orbits.events import Event, prove_event
+from capsule_sym._enclosures.orbits.events import Proved, prove_event
 
 EXACT = {"omega": "0.8", "delta": "0.02", "zeta": "0.05", "beta": "1.5", "f_b": "1"}
 
@@ -28,7 +28,7 @@ def bifurcations(first: float = 0.001, last: float = 2.0) -> tuple[Bifurcation, 
     return continue_orbit(solve_orbit(Parameters(alpha=first)), "alpha", last).bifurcations
 
 
-def threshold(found: Bifurcation, exact: dict[str, Any]) -> Event:
+def threshold(found: Bifurcation, exact: dict[str, Any]) -> Proved:
     """Bifurcation with a segment of duration 0, proved."""
     assert found.segment is not None
     with precision(320):

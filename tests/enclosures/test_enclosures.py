@@ -21,7 +21,7 @@ from capsule_sym._enclosures.numbers.balls import (
     symmetric,
 )
 from capsule_sym._enclosures.numbers.fields import Field, _tail
-from capsule_sym._enclosures.orbits.events import Event, growth_coefficient
+from capsule_sym._enclosures.orbits.events import Proved, growth_coefficient
 from capsule_sym._enclosures.orbits.events import _corner as place_of_corner
 from capsule_sym._enclosures.orbits.krawczyk import enclose
 from capsule_sym._enclosures.orbits.proof import guess_of, prove_admissible, shooting_of
@@ -246,11 +246,11 @@ def found() -> tuple[cs.Bifurcation, ...]:
 
 
 @pytest.fixture(scope="module")
-def events(found: tuple[cs.Bifurcation, ...]) -> list[Event]:
+def events(found: tuple[cs.Bifurcation, ...]) -> list[Proved]:
     return [threshold(one, EXACT | {"gamma": "3.3"}) for one in found]
 
 
-def test_thresholds_are_enclosed_with_type_and_line(found, events: list[Event]) -> None:
+def test_thresholds_are_enclosed_with_type_and_line(found, events: list[Proved]) -> None:
     assert len(events) == 8
     for one, event in zip(found, events, strict=True):
         assert (event.type, event.line) == (one.type, one.line)
@@ -283,7 +283,7 @@ def test_the_segment_that_is_born_grows_as_its_coefficient_says(events, number: 
     assert durations[1] / durations[0] == pytest.approx(4 ** (1 / event.order), rel=1e-2)
 
 
-def test_multipliers_jump_where_drift_is_grazed_and_nowhere_else(events: list[Event]) -> None:
+def test_multipliers_jump_where_drift_is_grazed_and_nowhere_else(events: list[Proved]) -> None:
     """The map is smooth to first order at every other border (di Bernardo et al.)."""
     for event in events:
         one, other = event.multipliers

@@ -8,9 +8,9 @@ import pytest
 
 from capsule_sym._enclosures.numbers.balls import Unproved, ball, matrix, precision
 from capsule_sym._enclosures.orbits import events
-from capsule_sym._enclosures.orbits.events import Event, growth_coefficient, place, prove_event
+from capsule_sym._enclosures.orbits.events import Proved, growth_coefficient, place, prove_event
 from capsule_sym._enclosures.orbits.krawczyk import Tube
-from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.passage.guards import Signs
 from tests.enclosures.case import EXACT, bifurcations, precise, threshold
 
 VALUES = EXACT | {"gamma": "3.3"}
@@ -25,7 +25,7 @@ def found() -> Any:
 
 
 @pytest.fixture(scope="module")
-def event(found: Any) -> Event:
+def event(found: Any) -> Proved:
     return threshold(found[0], VALUES)
 
 
@@ -37,14 +37,14 @@ def fails(*_: object, **__: object) -> None:
 
 
 def test_an_event_is_proved_with_all_guards(found: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Watch, "segment", fails)
+    monkeypatch.setattr(Signs, "segment", fails)
     with pytest.raises(Unproved, match="told: so"):
         threshold(found[0], VALUES)
 
 
 def test_every_segment_of_an_event_but_the_still_one_is_watched(found, monkeypatch) -> None:
     seen: list[str] = []
-    monkeypatch.setattr(Watch, "segment", lambda self, *given: seen.append(given[-1]))
+    monkeypatch.setattr(Signs, "segment", lambda self, *given: seen.append(given[-1]))
     threshold(found[0], VALUES)
     fields = found[0].orbit.itinerary.fields
     expected = [f"segment {k}, F{one}" for k, one in enumerate(fields, 1)]
@@ -75,14 +75,14 @@ def test_a_coefficient_that_may_be_0_has_no_side(event, monkeypatch) -> None:
 
 
 @pytest.mark.parametrize(("x", "part"), [("-40", 3), ("40", 1)])
-def test_the_part_of_a_line_is_that_of_the_force_s_rate(event: Event, x: str, part: int) -> None:
+def test_the_part_of_a_line_is_that_of_the_force_s_rate(event: Proved, x: str, part: int) -> None:
     """Far to one side x_r decides the rate of the force, with (1 + beta) 2 zeta in its slope."""
     (segment,) = event.segments
     assert place(event.tube, segment)[1] == "L3^(2)"
     assert place(moved_by(event.tube, segment, ball(x)), segment)[1] == f"L3^({part})"
 
 
-def test_a_part_that_is_open_is_not_named(event: Event) -> None:
+def test_a_part_that_is_open_is_not_named(event: Proved) -> None:
     (segment,) = event.segments
     with pytest.raises(Unproved, match=r"the part of L3 is open"):
         place(moved_by(event.tube, segment, ball(0, 40)), segment)

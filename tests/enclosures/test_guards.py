@@ -10,7 +10,7 @@ from flint import arb_mat
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, largest, precision
 from capsule_sym._enclosures.numbers.fields import Exponential
 from capsule_sym._enclosures.passage import guards
-from capsule_sym._enclosures.passage.guards import Line, Watch
+from capsule_sym._enclosures.passage.guards import Line, Signs
 from tests.enclosures.case import precise
 
 
@@ -106,7 +106,7 @@ def proved(guard: tuple[float, float], h: arb, orders: tuple[int, int], rate: fl
     field = waves([(phase, constant), (0.0, 2.0)], rate)
     end = field.flow(h) * wave(0)
     try:
-        Watch().segment(field, wave(0), end, h, ((orders[0], 0), (orders[1], 0)), "the segment")
+        Signs().segment(field, wave(0), end, h, ((orders[0], 0), (orders[1], 0)), "the segment")
     except Unproved as error:
         assert "is not proved positive along the segment" in str(error)  # noqa: PT017
         return False
@@ -156,7 +156,7 @@ def test_a_guard_is_watched_backwards_from_an_end(after, reach, held, monkeypatc
     """sin(1 - t), of which the second piece has the zero."""
     monkeypatch.setattr(guards, "_ANEW", after)
     field = waves([(1.0, 0.0)])
-    assert Watch().pieces(field, -1, 0, 0, wave(0), reach, 0.75) is held
+    assert Signs().pieces(field, -1, 0, 0, wave(0), reach, 0.75) is held
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_a_guard_that_does_not_fall_at_an_end_is_proved_by_its_derivatives(
     guard, phase, order, sense, reach, held
 ) -> None:
     field = waves([guard])
-    assert Watch().rising(field, sense, 0, order, wave(phase), reach) is held
+    assert Signs().rising(field, sense, 0, order, wave(phase), reach) is held
 
 
 def test_a_guard_is_watched_for_the_longest_duration() -> None:
@@ -189,20 +189,20 @@ def test_every_guard_of_a_field_is_watched() -> None:
         rows = [(0.0, 2.0), (0.0, 2.0)]
         rows[which] = (0.0, -0.5)
         with pytest.raises(Unproved, match=("the gap", "the drift")[which]):
-            Watch().segment(waves(rows), wave(0), wave(1), arb(1), ((0, 0), (0, 0)), "the segment")
+            Signs().segment(waves(rows), wave(0), wave(1), arb(1), ((0, 0), (0, 0)), "the segment")
 
 
 @pytest.mark.parametrize("radius", [0.01, 0.02, 1.0])
 def test_a_duration_that_may_not_be_positive_is_no_segment(radius: float) -> None:
     field = waves([(0.0, 2.0), (0.0, 2.0)])
     with pytest.raises(Unproved, match="the duration of the segment is not proved positive"):
-        Watch().segment(
+        Signs().segment(
             field, wave(0), wave(0), ball(0.01, radius), ((0, 0), (0, 0)), "the segment"
         )
 
 
 def test_other_fields_have_other_lines() -> None:
-    watch, one, other = Watch(), waves([(0.0, 2.0)]), waves([(0.0, -2.0)])
+    watch, one, other = Signs(), waves([(0.0, 2.0)]), waves([(0.0, -2.0)])
     kept = watch.line(one, 1)
     assert watch.line(one, 1) is kept
     assert watch.line(one, -1) is not kept
@@ -220,5 +220,5 @@ def test_guards_are_those_of_all_states_of_a_form() -> None:
     start = arb_mat([[x, y] for (x,), y in zip(wave(0.5).tolist(), (1.0, 0.0, 0.0), strict=True)])
     for size, held in ((0.1, True), (0.6, False)):
         form = start * arb_mat([[1, 0], [0, size]])
-        watched = Watch()._guard(field, 0, 0, 0, form, form, 1.0)
+        watched = Signs()._guard(field, 0, 0, 0, form, form, 1.0)
         assert watched is held

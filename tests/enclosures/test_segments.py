@@ -21,7 +21,7 @@ from capsule_sym._enclosures.numbers.balls import (
 from capsule_sym._enclosures.numbers.fields import SIZE, Field
 from capsule_sym._enclosures.passage import exchanges, segments
 from capsule_sym._enclosures.passage.runs import enclose_run
-from capsule_sym._enclosures.passage.segments import Passage, Step
+from capsule_sym._enclosures.passage.segments import Leg, Passage
 from capsule_sym._enclosures.passage.switches import Known, after, guard_row, saltation
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -164,7 +164,7 @@ def test_a_switch_is_enclosed_from_a_guess_nearby(off, digits, monkeypatch) -> N
         middle = (low + high) / 2
         low, high = (middle, high) if gap(middle) > 0 else (low, middle)
     monkeypatch.setattr(fields, "_near", lambda given: (given, digits))
-    at = fields._switch(one, start, Step(1, low + off, Guard.GAP), "F1")
+    at = fields._switch(one, start, Leg(1, low + off, Guard.GAP), "F1")
     h, ended = at.h + at.d, exchanges.shifted(one, *at[1:])
     assert (h + ball(0, 1e-14)).contains(arb(low))
     assert float(h.rad()) < 0.3
@@ -233,7 +233,7 @@ def test_an_exchange_is_of_all_states(name: str) -> None:
 
 def test_a_stick_begins_at_rest() -> None:
     fields = passage(0.005)
-    steps = [Step(2, 1.0, None)]
+    steps = [Leg(2, 1.0, None)]
     for speed, rests in (("0", True), ("1e-9", False)):
         start = fields.start(states("0", "0.001", speed), arb(0.5))
         if rests:
@@ -249,7 +249,7 @@ def test_a_stick_begins_at_rest() -> None:
 def test_the_last_segment_alone_has_no_guard(guards: tuple[Guard | None, ...]) -> None:
     fields = passage(0.005)
     start = fields.start(states("0", "0.001", "0"), arb(0.5))
-    steps = [Step(2, 0.5, guard) for guard in guards]
+    steps = [Leg(2, 0.5, guard) for guard in guards]
     with pytest.raises(Unproved, match="it is not the last segment alone that has no guard"):
         [*fields.segments(start, steps, arb(1))]
 
@@ -261,7 +261,7 @@ def test_a_guard_leads_to_its_own_field(before: int, guard: Guard, following: in
     """Rates agree at the end of stick with those of one drift alone."""
     fields = passage(0.005)
     start = fields.start(states("0", "0.001", "0"), arb(0.5))
-    steps = [Step(before, 0.5, guard), Step(following, 0.5, None)]
+    steps = [Leg(before, 0.5, guard), Leg(following, 0.5, None)]
     with pytest.raises(Unproved, match="does not lead to the next field"):
         [*fields.segments(start, steps, arb(1))]
 
@@ -270,7 +270,7 @@ def test_a_segment_ends_at_the_time_of_the_section() -> None:
     fields = passage(0.005)
     start = fields.start(states("0", "0.001", "0"), arb(0.5))
     for total in ("1", "2.5"):
-        ((_, h, ended, *_),) = fields.segments(start, [Step(2, 0.1, None)], arb(total))
+        ((_, h, ended, *_),) = fields.segments(start, [Leg(2, 0.1, None)], arb(total))
         assert h.overlaps(arb(total))
         exact = field(2).flow(arb(total)) * arb_mat(start.tolist()[:SIZE])
         assert held(segments.hull(ended), exact.mid())
@@ -282,10 +282,10 @@ def test_the_time_may_not_be_over_before_a_segment(total: str) -> None:
     fields = passage(0.005)
     start = fields.start(states("0", "0.001", "0"), arb(0.5))
     if arb(total) > 0:
-        assert len([*fields.segments(start, [Step(2, 0.1, None)], arb(total))]) == 1
+        assert len([*fields.segments(start, [Leg(2, 0.1, None)], arb(total))]) == 1
         return
     with pytest.raises(Unproved):
-        [*fields.segments(start, [Step(2, 0.1, None)], arb(total))]
+        [*fields.segments(start, [Leg(2, 0.1, None)], arb(total))]
 
 
 def test_balls_hold_all_of_a_bundle() -> None:
@@ -331,10 +331,10 @@ def test_all_states_of_a_box_are_carried() -> None:
     run = simulate(Parameters(alpha=1.2, gamma=3.3), (0.01, 0.0, 1e-5), 0.3, periods=1)
     first, second, third, *_ = run.segments
     steps = [
-        Step(one.field, float(one.duration), guard_between(one.field, then.field))
+        Leg(one.field, float(one.duration), guard_between(one.field, then.field))
         for one, then in ((first, second), (second, third))
     ]
-    steps.append(Step(third.field, 0.01, None))
+    steps.append(Leg(third.field, 0.01, None))
     total = arb(sum(float(one.duration) for one in steps))
     fields = passage()
 

@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 from capsule_sym import Parameters
 from capsule_sym._map.backend import Backend, NumpyBackend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Flow, SegmentStart, Start
+from capsule_sym._map.location import Begin, Course, SegmentStart
 from tests.judges import CONTACT, DRIFT, taylor
 
 FIELDS = tuple(DRIFT)
@@ -52,15 +52,15 @@ class Motion:
     state: tuple[float, float, float]
     angle: float
 
-    def flow(self, numbers: Backend) -> Flow:
+    def flow(self, numbers: Backend) -> Course:
         """The map's closed form of this motion."""
         number = numbers.number
         c = numbers.constants(self.field, self.parameters)
         x_r, v_r, v_c = map(number, self.state)
         gap = x_r - number(self.parameters.delta)
         margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
-        start = Start(x_r, gap, v_r, v_c, margin, number(self.angle), {})
-        return Flow(numbers, c, SegmentStart(self.field, start))
+        start = Begin(x_r, gap, v_r, v_c, margin, number(self.angle), {})
+        return Course(numbers, c, SegmentStart(self.field, start))
 
     @cache  # noqa: B019 (a test's motions live as long as the test)
     def state_at(self, h: Any) -> Any:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from capsule_sym import Outcome, Parameters, simulate
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Switch
+from capsule_sym._map.location import End
 from capsule_sym._map.reference import reached, tells
 from capsule_sym._native import core
 from tests.map import Motion
@@ -62,9 +62,9 @@ def test_every_sign_that_is_proved_shows(guards: tuple[Guard, ...], name: str, s
     assert point.gap < 0 < point.v_r
     assert point.v_c < 0
     outcome = Outcome.REGULAR if guards else Outcome.END
-    assert tells(flow, Switch(outcome, guards, 0.1, point, 1))
+    assert tells(flow, End(outcome, guards, 0.1, point, 1))
     for hidden in (0.0, -sign * 1e-40):
-        switch = Switch(outcome, guards, 0.1, point._replace(**{name: hidden}), 1)
+        switch = End(outcome, guards, 0.1, point._replace(**{name: hidden}), 1)
         assert not tells(flow, switch)
         state = reached(flow, switch, 0.4)
         error = {"gap": point.error_x, "v_r": point.error_v, "v_c": point.error_v_c}[name]

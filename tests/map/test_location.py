@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 from capsule_sym import Outcome, Parameters
 from capsule_sym._map.backend import MpmathBackend, NumpyBackend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Flow, SegmentStart, Start, Switch, locate
+from capsule_sym._map.location import Begin, Course, End, SegmentStart, locate
 from capsule_sym._map.transitions import State, select_field
 from tests.map import CASES, DIGITS, Motion
 from tests.sampling import many, sampled, some
@@ -33,9 +33,9 @@ def begin(parameters: Parameters, state: tuple[float, ...], angle: float) -> Seg
     return select_field(NUMPY, every, State(x_r, x_r - parameters.delta, v_r, v_c, angle))
 
 
-def flow_of(parameters: Parameters, start: SegmentStart, precise: bool = False) -> Flow:
+def flow_of(parameters: Parameters, start: SegmentStart, precise: bool = False) -> Course:
     if not precise:
-        return Flow(NUMPY, NUMPY.constants(start.field, parameters), start)
+        return Course(NUMPY, NUMPY.constants(start.field, parameters), start)
     numbers = MpmathBackend()
     c = numbers.constants(start.field, parameters)
     given = start.start
@@ -44,8 +44,8 @@ def flow_of(parameters: Parameters, start: SegmentStart, precise: bool = False) 
     margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
     if given.margin == 0:
         margin = mpf(0)
-    exact = Start(x_r, gap, v_r, mpf(given.v_c), margin, mpf(given.angle), given.zeros)
-    return Flow(numbers, c, SegmentStart(start.field, exact))
+    exact = Begin(x_r, gap, v_r, mpf(given.v_c), margin, mpf(given.angle), given.zeros)
+    return Course(numbers, c, SegmentStart(start.field, exact))
 
 
 def check_errors(motion: Motion, h: float, truth: Any) -> None:
@@ -82,7 +82,7 @@ def test_error_bounds_hold_where_a_slip_begins_close_to_the_friction_bound() -> 
 
 def switch_from(
     parameters: Parameters, state: tuple[float, ...], angle: float = 0.0, limit: float = inf
-) -> tuple[SegmentStart, Switch]:
+) -> tuple[SegmentStart, End]:
     start = begin(parameters, state, angle)
     return start, locate(flow_of(parameters, start), min(limit, 20 * parameters.period))
 
@@ -102,7 +102,7 @@ def guard_values(parameters: Parameters, start: SegmentStart, times: Any) -> dic
     return found | {Guard.UPPER: c.f_b - push, Guard.LOWER: c.f_b + push}
 
 
-def guard_at(flow: Flow, guard: Guard, point: Any) -> Any:
+def guard_at(flow: Course, guard: Guard, point: Any) -> Any:
     """Value of a guard at a point."""
     if guard is Guard.GAP:
         return (1 if flow.c.contact else -1) * point.gap
@@ -111,7 +111,7 @@ def guard_at(flow: Flow, guard: Guard, point: Any) -> Any:
     return flow.c.friction_guard(-1 if guard is Guard.UPPER else 1, point.margin)
 
 
-def root_near(flow: Flow, guard: Guard, guess: Any, width: Any) -> Any:
+def root_near(flow: Course, guard: Guard, guess: Any, width: Any) -> Any:
     """The root of a guard by bisection, in an interval on which its sign is seen to change."""
     low, high = guess - width, guess + width
     assert guard_at(flow, guard, flow(low)) > 0 > guard_at(flow, guard, flow(high))
@@ -124,7 +124,7 @@ def root_near(flow: Flow, guard: Guard, guess: Any, width: Any) -> Any:
     return (low + high) / 2
 
 
-def check_against_samples(parameters: Parameters, start: SegmentStart, switch: Switch) -> None:
+def check_against_samples(parameters: Parameters, start: SegmentStart, switch: End) -> None:
     """No sample before the switch shows a guard negative; at the switch one guard crosses zero."""
     end = switch.duration
     samples = np.concatenate([np.linspace(0, end, 4001)[1:-1], end * np.geomspace(1e-9, 1e-3, 200)])
@@ -192,7 +192,7 @@ def on_impact(field: int, parameters: Parameters, v_r: float, angle: float = 0.0
     """A start on x_r = delta into a sticking field, the root at the start known exactly."""
     c = NUMPY.constants(field, parameters)
     margin = parameters.delta + 2 * parameters.zeta * v_r - c.friction
-    start = Start(parameters.delta, 0.0, v_r, 0.0, margin, angle, {Guard.GAP: 1})
+    start = Begin(parameters.delta, 0.0, v_r, 0.0, margin, angle, {Guard.GAP: 1})
     return SegmentStart(field, start)
 
 

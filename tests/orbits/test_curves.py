@@ -10,7 +10,7 @@ from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.curves.curve import CurveRun
 from capsule_sym._orbits.continuation.families.family import Problem, corrected
 from capsule_sym._orbits.continuation.families.stepping import Continuation
-from capsule_sym._orbits.continuation.parameter_paths import Axis
+from capsule_sym._orbits.continuation.parameter_paths import PathAxis
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
 from capsule_sym._orbits.continuation.points.extended import of_matrix
@@ -48,7 +48,7 @@ def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
     """However large its steps are beside the ranges."""
     one = next(one for one in upwards(3.3).bifurcations if one.type == kinds.GRAZING)
     axes = tuple(
-        Axis(cs.ParameterPath(name), *ends)
+        PathAxis(cs.ParameterPath(name), *ends)
         for name, ends in zip(("alpha", "gamma"), RANGES, strict=True)
     )
     with backend("numpy") as numbers:

@@ -53,6 +53,18 @@ def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
     assert not cs.mirror_image(twice(sliding))
 
 
+def test_a_first_half_has_the_metrics_and_the_certificate_of_its_orbit() -> None:
+    whole = settled(alpha=0.6, delta=5.0)
+    half = cs.half_orbit(whole)
+    assert half.itinerary.mirrored
+    assert cs.mirror_image(half)
+    assert half.progression == half.average_velocity == 0.0
+    one, other = cs.performance(half), cs.performance(whole)
+    for name in ("work", "friction_loss", "peak_force"):
+        assert getattr(one, name).value == pytest.approx(getattr(other, name).value, rel=1e-12)
+    assert cs.certify_orbit(half)["fields"] == list(half.itinerary.whole.fields)
+
+
 @pytest.mark.parametrize(("begin", "end"), [(0.1, 2.0), (2.0, 0.1)])
 def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: float) -> None:
     branch = over_alpha(begin, end, delta=1.2)

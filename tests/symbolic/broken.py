@@ -19,7 +19,7 @@ if __name__ == "__main__":
 import sympy as sp
 
 from capsule_sym._symbolic.model import basis, flow, jacobian, jets
-from capsule_sym._symbolic.model.model import Segment
+from capsule_sym._symbolic.model.model import Linear
 from capsule_sym._symbolic.proofs import (
     basis_proofs,
     cells,
@@ -30,8 +30,8 @@ from capsule_sym._symbolic.proofs import (
 )
 from capsule_sym._symbolic.proofs.statement import Statement, settle
 
-_GUARDS, _FIELD = Segment.guards.func, Segment.field.func
-_INTERACTION, _PULL = Segment.interaction.fget, Segment.pull.fget
+_GUARDS, _FIELD = Linear.guards.func, Linear.field.func
+_INTERACTION, _PULL = Linear.interaction.fget, Linear.pull.fget
 
 
 def _turned(values: tuple[sp.Expr, ...], at: int) -> tuple[sp.Expr, ...]:
@@ -54,25 +54,25 @@ _surfaces, _exchange = field_graph.surface_transitions, energy.exchange
 
 MUTATIONS = {
     "a guard is missing": Mutation(
-        Segment, "guards", property(lambda one: _GUARDS(one)[:-1]), "cells graph"
+        Linear, "guards", property(lambda one: _GUARDS(one)[:-1]), "cells graph"
     ),
     "a guard has the other sign": Mutation(
-        Segment, "guards", property(lambda one: _turned(_GUARDS(one), 0)), "cells graph"
+        Linear, "guards", property(lambda one: _turned(_GUARDS(one), 0)), "cells graph"
     ),
     "friction pushes": Mutation(
-        Segment,
+        Linear,
         "friction",
         property(lambda one: -_PULL(one) if one.stick else -one.way.friction),
         "cells",
     ),
     "the force of the mass has the other sign": Mutation(
-        Segment, "field", property(lambda one: _turned(_FIELD(one), 1)), "energy flow"
+        Linear, "field", property(lambda one: _turned(_FIELD(one), 1)), "energy flow"
     ),
     "the capsule gains what the mass gains": Mutation(
-        Segment, "field", property(lambda one: _turned(_FIELD(one), 2)), "energy flow"
+        Linear, "field", property(lambda one: _turned(_FIELD(one), 2)), "energy flow"
     ),
     "a spring pulls": Mutation(
-        Segment,
+        Linear,
         "interaction",
         property(lambda one: _INTERACTION(one) * (-1 if one.contact else 1)),
         "cells",
@@ -132,7 +132,7 @@ MUTATIONS = {
 FURTHER = {
     "levels the other way": Mutation(cells, "LEVELS", cells.LEVELS[::-1], "cells"),
     "a stop in the wrong place": Mutation(
-        Segment, "stop", property(lambda one: -declaration.chosen().stops[0]), "energy"
+        Linear, "stop", property(lambda one: -declaration.chosen().stops[0]), "energy"
     ),
     "a load without its mirror image": Mutation(
         energy,

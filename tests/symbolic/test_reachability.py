@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from capsule_sym._symbolic.model.enclosure import Flow, exceeds
+from capsule_sym._symbolic.model.enclosure import RationalFlow, exceeds
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap, local_maps
 from capsule_sym._symbolic.model.symbols import v_c, x_r
@@ -40,8 +40,8 @@ def _backwards(witness: Witness) -> np.ndarray:
 def test_enclosure_follows_an_independent_integrator(witness: Witness) -> None:
     field = SEGMENTS[witness.local_map.field - 1]
     start = (*witness.end, *witness.forcing)
-    flow = Flow(field, witness.parameters, start, sense=-1, degree=40)
-    short = Flow(field, witness.parameters, start, sense=-1)
+    flow = RationalFlow(field, witness.parameters, start, sense=-1, degree=40)
+    short = RationalFlow(field, witness.parameters, start, sense=-1)
     middle = sum(witness.bracket) / 2
     for symbol, expected in zip((x_r, v_c), _backwards(witness)[[0, 2]], strict=True):
         value = sum(c * middle**k for k, c in enumerate(flow.series(symbol)))

@@ -9,7 +9,7 @@ from itertools import islice
 import pytest
 import sympy as sp
 
-from capsule_sym._symbolic.model.enclosure import Flow, first_order
+from capsule_sym._symbolic.model.enclosure import RationalFlow, first_order
 from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import (
@@ -103,7 +103,7 @@ def _passing(point: dict[sp.Symbol, sp.Rational]) -> tuple[set[int], set[int]]:
     for field in SEGMENTS:
         if field.stick and point[v_c]:
             continue
-        flow = Flow(field, point, start, sense=1, degree=6)
+        flow = RationalFlow(field, point, start, sense=1, degree=6)
         series = [flow.series(guard) for guard in field.guards]
         leading = [(one[first_order(one)], first_order(one)) for one in series]
         if all(term > 0 for term, _ in leading):

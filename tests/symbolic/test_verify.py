@@ -14,7 +14,7 @@ from capsule_sym._commands.verify import verify as command
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.proofs.markdown import math
-from capsule_sym._symbolic.proofs.statement import Result, Statement, settle
+from capsule_sym._symbolic.proofs.statement import Finding, Statement, settle
 from tests.sampling import sampled, some
 
 _APART = ("basis", "flow")  # with tests of their own
@@ -53,7 +53,7 @@ def test_all_statements_have_names_verdicts_and_rows() -> None:
     for name, statements in whole.items():
         families = {one.name.partition(".")[0] for one in statements}
         assert families == {*verify.GROUPS[name].families.split()}
-    wide = {name: [Result(i, i.verdict, {}, 0.0) for i in found] for name, found in whole.items()}
+    wide = {name: [Finding(i, i.verdict, {}, 0.0) for i in found] for name, found in whole.items()}
     for block in verify.markdown(wide).split("\n\n"):
         rows = [line for line in block.splitlines() if line.startswith("|")]
         # A bar in a statement or formula would end a cell.

@@ -9,7 +9,7 @@ from benchmarks.hardcases.reference import CONTRACT, error
 from capsule_sym import Parameters
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.digits import fifty_digits
-from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
+from capsule_sym._map.location import Course, End, SegmentStart, locate
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
 from capsule_sym._native import core
@@ -23,7 +23,7 @@ class CheckedRun(Run):
 
     worst = 0.0
 
-    def first_switch(self, state: State, begin: SegmentStart, limit: float) -> tuple[Flow, Switch]:
+    def first_switch(self, state: State, begin: SegmentStart, limit: float) -> tuple[Course, End]:
         known = self.exact is None
         with fifty_digits() as digits:
             given = self.exactly(digits, state)
@@ -37,7 +37,7 @@ class CheckedRun(Run):
         with fifty_digits() as digits:
             c = digits.constants(begin.field, self.parameters)
             start = start_at(c, given)._replace(zeros=begin.start.zeros)
-            true = locate(Flow(digits, c, replace(begin, start=start)), digits.number(limit))
+            true = locate(Course(digits, c, replace(begin, start=start)), digits.number(limit))
             duration = float(segments[0]["duration"])
             off = error(digits, self.parameters, begin, duration, true)
         self.worst = max(self.worst, off.amplitude)

@@ -19,7 +19,7 @@ import numpy as np
 
 from capsule_sym._enclosures.certificates.checker import VERSION
 from capsule_sym._enclosures.numbers.balls import Ball, Matrix, Unproved, arb, ball, precision
-from capsule_sym._enclosures.orbits.events import Event, prove_event
+from capsule_sym._enclosures.orbits.events import Proved, prove_event
 from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.proof import guess_of, held, prove_admissible, shooting_of
 from capsule_sym._enclosures.orbits.stability import characteristic, monodromy
@@ -31,6 +31,7 @@ from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CurvePoint
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import CAPSULE
 
 _BITS, _BITS_A_SEGMENT, _PLACES = 256, 4, 30
@@ -84,10 +85,10 @@ def _decimals(values: Iterable[float], exact: Mapping[str, str] | None) -> dict[
 
 
 def _own(orbit: Orbit) -> Orbit:
-    """Orbit, if it is one of the scene that certificates are written for."""
+    """Whole orbit, if it is one of the scene that certificates are written for."""
     if orbit.scene != CAPSULE:
         raise InvalidInput("scene", orbit.scene.name, CAPSULE.name)
-    return orbit
+    return whole_orbit(orbit)
 
 
 def _shortest(text: str) -> str:
@@ -129,8 +130,8 @@ def certify_orbit(
         With the step that failed, and after `max_seconds`. The statement may still hold. It is an
         ArithmeticError.
     InvalidInput
-        For an unknown name in `exact`, for a text that is no decimal, and for a time that is not
-        allowed.
+        For an orbit of another scene, an unknown name in `exact`, a text that is no decimal, and a
+        time that is not allowed.
 
     Notes
     -----
@@ -150,7 +151,8 @@ def certify_orbit(
     >>> print(certificate["durations"][0])
     0.981818749997849077221677549776
     """
-    parameters = _decimals(_own(orbit).values, exact)
+    orbit = _own(orbit)
+    parameters = _decimals(orbit.values, exact)
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
         shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
         tube = enclose(shooting, guess_of(shooting, orbit), held(shooting))
@@ -169,7 +171,7 @@ def certify_bifurcation(
     exact: Mapping[str, str] | None = None,
     *,
     max_seconds: float = math.inf,
-) -> tuple[dict[str, Any], Event]:
+) -> tuple[dict[str, Any], Proved]:
     """Certificate of a bifurcation with a segment of duration 0, and the proved event.
 
     Alpha is solved for. The other parameters are those of the bifurcation or of the curve's point,
@@ -357,10 +359,10 @@ def _named(one: Certified) -> str:
 def certificates(
     found: Iterable[Certified], limit: Watch, exact: Mapping[str, str] | None = None
 ) -> tuple[list[dict[str, Any]], list[str]]:
-    """Certificates of orbits, bifurcations and runs, and the reason for each missing one.
+    """Certificates of orbits, bifurcations and runs, and the reason for each that is not proved.
 
     Parameters are the decimals in `exact` by name, or those that doubles print as. Each
-    certificate is there once.
+    certificate is there once. Raises InvalidInput for one of another scene.
     """
     proved, failed = [], []
     for one in found:

@@ -42,7 +42,7 @@ FORMS: dict[str, dict[str, Any]] = {
 
 
 class Rejected(Exception):
-    """A claim that is not proved."""
+    """Raised for a certificate of another form, or with a claim that is not proved."""
 
 
 def fit(form: Any, given: Any, at: str) -> None:
@@ -129,7 +129,7 @@ def starts(maps: list[Any], first: Any) -> list[Any]:
     )
 
 
-class Motion:
+class Equations:
     """The equations of a motion in its states, durations, angle, and alpha if it is free."""
 
     def __init__(self, given: dict[str, Any]) -> None:
@@ -381,7 +381,7 @@ def check_certificate(given: Any) -> None:
     fit(form, given, kind)
     try:
         with ctx.workprec(BITS + 4 * len(given["fields"]) * (kind == "run")):  # roundings grow
-            Motion(given).check()
+            Equations(given).check()
     except (ArithmeticError, ValueError) as error:
         raise Rejected(str(error)) from error
 

@@ -31,7 +31,8 @@ Matrix: TypeAlias = Any
 class Unproved(CapsuleError, ArithmeticError):
     """A step of a proof that does not succeed; the statement may still hold.
 
-    `step` names it: existence, guards, stability, regularity, gluing, first switch.
+    `step` names it: existence, guards, stability, regularity, first switch, line, type, unfolding,
+    gluing, or certificate at the time limit.
     """
 
     def __init__(self, step: str, detail: str) -> None:

@@ -36,7 +36,7 @@ AHEAD = 1e-12  # duration at which a coefficient is taken; its square is far abo
 
 
 @dataclass(frozen=True)
-class Event:
+class Proved:
     """A bifurcation whose existence is proved, unique in its tube.
 
     `values` are balls around the parameters that were solved for. `order` is that of the contact:
@@ -113,7 +113,7 @@ def prove_event(
     segments: Sequence[int],
     free: Sequence[str],
     exact: Mapping[str, Any] | None = None,
-) -> Event:
+) -> Proved:
     """The bifurcation near an orbit on which `segments` have the duration 0, `free` solved for.
 
     Existence and uniqueness are proved by Krawczyk's method, every other guard positive along every
@@ -132,7 +132,7 @@ def prove_event(
     other = None if len(segments) > 1 else _other(tube, segments[0])
     sides = (tube,) if other is None else (tube, other)
     hull, order = tube.hull(), max(order for _, _, order in kinds)
-    return Event(
+    return Proved(
         " and ".join(kind for kind, _, _ in kinds),
         " and ".join(line for _, line, _ in kinds),
         order,

@@ -31,7 +31,7 @@ from capsule_sym._enclosures.numbers.balls import (
     thin,
     upper,
 )
-from capsule_sym._enclosures.orbits.shooting import Evaluation, Shooting
+from capsule_sym._enclosures.orbits.shooting import BoxValues, Shooting
 
 _MOST_STEPS = 60
 _TRIALS = 6
@@ -55,8 +55,8 @@ class Tube:
     slopes: Matrix
     radii: tuple[float, ...]
     unique: tuple[float, ...]
-    narrow: Evaluation
-    wide: Evaluation
+    narrow: BoxValues
+    wide: BoxValues
 
     def hull(self, radii: Sequence[float] | None = None) -> list[Ball]:
         """Every column over the whole tube, with the proved radii or others."""
@@ -88,7 +88,7 @@ def _hull(centre: Sequence[Ball], slopes: Matrix, radii: Sequence[float]) -> lis
 
 def newton(
     shooting: Shooting, guess: Sequence[Ball], solved: Sequence[int], enough: float = 0.0
-) -> tuple[list[Ball], Evaluation, np.ndarray]:
+) -> tuple[list[Ball], BoxValues, np.ndarray]:
     """Thin columns near a solution, the equations there, and the inverse derivative, rounded.
 
     Steps no longer than `enough` are not taken. Raises Unproved if the iteration does not converge.

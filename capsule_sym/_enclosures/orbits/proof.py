@@ -10,7 +10,7 @@ from flint import arb_mat
 from capsule_sym._enclosures.numbers.balls import Ball, Matrix, arb, ball, matrix, symmetric
 from capsule_sym._enclosures.orbits.krawczyk import Tube
 from capsule_sym._enclosures.orbits.shooting import Node, Shooting
-from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.passage.guards import Signs
 from capsule_sym._enclosures.passage.switches import zeros
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary
@@ -81,12 +81,12 @@ def affine_states(tube: Tube) -> list[Matrix]:
     return found
 
 
-def prove_admissible(tube: Tube, watch: Watch | None = None, still: Sequence[int] = ()) -> None:
+def prove_admissible(tube: Tube, watch: Signs | None = None, still: Sequence[int] = ()) -> None:
     """Prove that every orbit of a tube passes exactly the fields of its itinerary.
 
     Raises Unproved with the guard and the segment. The segments `still` have the duration 0.
     """
-    watch, states, hull = watch or Watch(), affine_states(tube), tube.hull()
+    watch, states, hull = watch or Signs(), affine_states(tube), tube.hull()
     for i, field in enumerate(tube.wide.fields):
         if i not in still:
             ends = states[i], states[(i + 1) % len(states)]

@@ -46,7 +46,7 @@ class Node:
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class BoxValues:
     """Equations at a box of columns: residual, derivative, and data of each segment.
 
     Segment i begins at `nodes[i]` and takes `durations[i]` along `fields[i]`, with `flows[i]`.
@@ -119,7 +119,7 @@ class Shooting:
         fields: Mapping[int, Any],
         *,
         divided: Container[int] | None = None,
-    ) -> Evaluation:
+    ) -> BoxValues:
         """Equations for these values of the columns.
 
         Roots are divided out in all segments, or in those that are `divided`.
@@ -161,7 +161,7 @@ class Shooting:
         if "omega" in self.varied:
             rates.append((0, self.parameter("omega"), elapsed))
         by.append(matrix(1, self.columns, rates))
-        return Evaluation(
+        return BoxValues(
             self.itinerary, stacked(residual), stacked(by), nodes, durations, tuple(flows), ordered
         )
 

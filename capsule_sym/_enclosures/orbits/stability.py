@@ -7,7 +7,7 @@ from typing import Any
 
 from capsule_sym._enclosures.numbers.balls import Ball, unit
 from capsule_sym._enclosures.numbers.fields import C
-from capsule_sym._enclosures.orbits.shooting import Evaluation
+from capsule_sym._enclosures.orbits.shooting import BoxValues
 from capsule_sym._enclosures.passage.switches import saltation, three
 
 
@@ -32,7 +32,7 @@ class Characteristic:
         )
 
 
-def monodromy(found: Evaluation) -> Any:
+def monodromy(found: BoxValues) -> Any:
     """The derivative (3, 3) of one period from a segment's start, over all orbits."""
     segments = found.itinerary.segments
     n = len(segments)

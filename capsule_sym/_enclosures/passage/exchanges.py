@@ -31,7 +31,7 @@ TIME, ROWS = SIZE, SIZE + 1
 _SLOPE_BITS = 80  # of slopes along a reach, which multiply what is small already
 
 
-class Switch(NamedTuple):
+class MovedSwitch(NamedTuple):
     """Bundle `moved` after a time h, and the time d from then to the switch of each motion.
 
     It is `late` (1, s, e) up to `missed`, and within the ball d.

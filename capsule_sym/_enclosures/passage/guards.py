@@ -129,7 +129,7 @@ class Line:
         return all(sign * row[0] > rest for row in values)
 
 
-class Watch:
+class Signs:
     """Guards of all fields of a tube, with the data computed once for each field."""
 
     def __init__(self) -> None:

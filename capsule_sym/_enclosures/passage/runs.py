@@ -17,7 +17,7 @@ from capsule_sym._enclosures.numbers.balls import (
     precision,
 )
 from capsule_sym._enclosures.passage.exchanges import TIME, hull
-from capsule_sym._enclosures.passage.segments import Passage, Step
+from capsule_sym._enclosures.passage.segments import Leg, Passage
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._orbits.shooting.itinerary import guard_between
 
@@ -67,10 +67,10 @@ def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) 
         total = (end.period - begin.period) * period + phases[1] - phases[0]
         start = matrix(3, 1, ((i, 0, ball(exactly(x))) for i, x in enumerate(trajectory.origin[1])))
         steps = [
-            Step(one.field, float(one.duration), guard_between(one.field, after.field))
+            Leg(one.field, float(one.duration), guard_between(one.field, after.field))
             for one, after in pairwise(segments)
         ]
-        steps.append(Step(segments[-1].field, float(segments[-1].duration), None))
+        steps.append(Leg(segments[-1].field, float(segments[-1].duration), None))
         passage = Passage(values)
         begun = passage.start(start, values["omega"] * phases[0])
         ends = [hull(one.ended) for one in passage.segments(begun, steps, total)]

@@ -31,7 +31,7 @@ from capsule_sym._enclosures.numbers.fields import ONE, C, Field, U, V, W, X
 from capsule_sym._enclosures.passage.exchanges import (
     ROWS,
     TIME,
-    Switch,
+    MovedSwitch,
     around,
     chosen,
     exchanged,
@@ -40,7 +40,7 @@ from capsule_sym._enclosures.passage.exchanges import (
     rested,
     shifted,
 )
-from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.passage.guards import Signs
 from capsule_sym._enclosures.passage.switches import Known, after, guard_row, pin
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
@@ -56,7 +56,7 @@ _NOTHING = Known()
 
 
 @dataclass(frozen=True)
-class Step:
+class Leg:
     """Guess of a segment: its field, duration, and the guard that ends it (None: time does)."""
 
     field: int
@@ -74,7 +74,7 @@ class Passed(NamedTuple):
     field: Field
     h: Ball
     ended: Matrix
-    switch: Switch
+    switch: MovedSwitch
     guard: Guard | None
     following: Field | None
 
@@ -93,7 +93,7 @@ class Passage:
     def __init__(self, values: Mapping[str, Ball]) -> None:
         self.values = values
         self._fields: Mapping[int, Field] = {index: Field(index, values) for index in FIELDS}
-        self._watch = Watch()
+        self._watch = Signs()
 
     def start(self, states: Matrix, angle: Ball) -> Matrix:
         """States (3, n) at a forcing angle common to all, at time 0."""
@@ -105,7 +105,7 @@ class Passage:
         return found
 
     def segments(
-        self, start: Matrix, steps: Sequence[Step], total: Duration, known: Known = _NOTHING
+        self, start: Matrix, steps: Sequence[Leg], total: Duration, known: Known = _NOTHING
     ) -> Iterator[Passed]:
         """Each segment after its proof, up to a time `total`, at which the last one ends.
 
@@ -169,7 +169,7 @@ class Passage:
         """Field and number of bits by which a switching time is refined, half in the last step."""
         return field, float(bits())
 
-    def _until(self, field: Field, bundle: Matrix, total: Duration) -> Switch:
+    def _until(self, field: Field, bundle: Matrix, total: Duration) -> MovedSwitch:
         """Duration and states of a segment up to a time since the start."""
         parts = total if isinstance(total, list) else [total]
         middle = arb((parts[0] - bundle[TIME, 0]).mid())
@@ -177,9 +177,9 @@ class Passage:
         late = arb_mat([[-x for x in moved.tolist()[TIME]]])
         for k, part in enumerate(parts):
             late[0, k] += part
-        return Switch(middle, moved, late, arb(0), hull(late)[0, 0])
+        return MovedSwitch(middle, moved, late, arb(0), hull(late)[0, 0])
 
-    def _switch(self, field: Field, bundle: Matrix, step: Step, name: str) -> Switch:
+    def _switch(self, field: Field, bundle: Matrix, step: Leg, name: str) -> MovedSwitch:
         """Zero of the guard of a segment."""
         assert step.guard is not None
         row = guard_row(field, step.guard)
@@ -210,7 +210,7 @@ class Passage:
             d = -hull(off)[0, 0] / slope
             if upper(d) < reach:
                 chord = arb((rate * states)[0, 0].mid())
-                return Switch(h, moved, off / -chord, (1 - slope / chord) * d, d)
+                return MovedSwitch(h, moved, off / -chord, (1 - slope / chord) * d, d)
             reach = 1.25 * upper(d) + 1e-300
             slope = (rate * (around(field, reach) * whole))[0, 0]
         raise Unproved("first switch", f"the switch of {name} is not enclosed")

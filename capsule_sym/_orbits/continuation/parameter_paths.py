@@ -180,7 +180,7 @@ class ParameterPath:
             base.replace(**dict(zip(self.names, placed, strict=True)))
 
 
-class Axis(NamedTuple):
+class PathAxis(NamedTuple):
     """Path of parameters, and its range, mapped to the coordinate q in [0, 1]."""
 
     path: ParameterPath

@@ -125,12 +125,13 @@ def performance_many(
     threads: int = 1,
     scene: Scene = CAPSULE,
 ) -> Performances:
-    """Periodic motions near given states, with metrics as of `performance`, by the C core.
+    """Periodic motions near given states, with metrics by the C core.
 
     Each motion is closed at forcing angle 0 by Newton's method, in the itinerary of the run from
-    its state. A motion of more than 256 segments is not found. Only requested metrics are computed.
-    Progression, velocity and multipliers are always there. Values that were not requested or not
-    found are nan.
+    its state. A motion of more than 256 segments is not found. The metrics are those of
+    `performance` without `lift` and `imbalance`. Each motion that is found has its progression,
+    velocity and multipliers; of the others only requested ones are computed. All other values are
+    nan.
 
     Parameters
     ----------
@@ -147,7 +148,8 @@ def performance_many(
     forces : bool, default True
         True for `peak_force` and `peak_contact`.
     gradients : bool, default False
-        True for the derivatives of the metrics by the parameters.
+        True for `gradients`, the derivatives of the seven metrics by the parameters, of shape
+        (n, 7, parameters).
     watch : Watch or None, default None
         Time limit of the work. Motions that are not solved in its time have the status "stopped",
         and nan for values. None is the limit of the enclosing work, if there is one.

@@ -34,6 +34,7 @@ from capsule_sym._orbits.shooting.equations import (
 )
 from capsule_sym._orbits.shooting.extrema import extrema
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import Scene
 from capsule_sym.generated.interface import Quantity
 
@@ -110,8 +111,8 @@ def performance(orbit: Orbit) -> Performance:
     Parameters
     ----------
     orbit : Orbit
-        A solved orbit, whose `success` is True. Of the first half of a symmetric orbit give
-        `whole_orbit` of it.
+        A solved orbit, whose `success` is True. The first half of a symmetric orbit gives the
+        metrics of the whole one.
 
     Returns
     -------
@@ -121,6 +122,8 @@ def performance(orbit: Orbit) -> Performance:
 
     Raises
     ------
+    InvalidInput
+        For an orbit that was not found, a `NoOrbit`.
     numpy.linalg.LinAlgError
         At a fold, where the branch has no gradient.
 
@@ -143,6 +146,7 @@ def performance(orbit: Orbit) -> Performance:
     >>> print(f"{metrics.work.value:.6f} = {losses:.6f}")
     1.128979 = 1.128979
     """
+    orbit = whole_orbit(orbit)
     with backend(orbit.backend, orbit.scene) as numbers:
         period_number, omega = orbit.itinerary.period_number, orbit.value("omega")
         per_turn = omega / numbers.full_turn

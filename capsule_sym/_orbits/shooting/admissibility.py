@@ -38,6 +38,9 @@ class Inequality(NamedTuple):
     - "edge": where the segment ends at an edge with a jump of the pull on the capsule, distance of
       guard `guard` from 0, or beyond 0 if the edge breaks rest;
     - "before end": distance of the guard from 0 at rest, just before an edge or a stop.
+
+    `segment` counts from 0 as the itinerary's own segments do; those of the mirrored half follow.
+    `time` is for every kind but "minimum" the duration of the segment.
     """
 
     kind: str

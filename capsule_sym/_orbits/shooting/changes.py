@@ -29,7 +29,7 @@ from capsule_sym._parameters import Scene
 NO_DURATION = 1e-9  # largest duration of a segment that counts as 0
 
 
-class Change(NamedTuple):
+class Exchange(NamedTuple):
     """Another itinerary for the same orbit, its unknowns, and the new indices of the segments.
 
     `kept` has for every segment of the old itinerary its index in `itinerary`; None if the segment
@@ -52,7 +52,7 @@ def around(itinerary: Itinerary, segment: int) -> tuple[int, int, int]:
 
 def insert_segment(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, failed: Inequality
-) -> tuple[Change, int]:
+) -> tuple[Exchange, int]:
     """Itinerary with a segment inserted where an inequality is 0, and the index of that segment.
 
     `z` may be an estimate; `system` is near it. Raises InvalidInput if the fields are no itinerary.
@@ -64,18 +64,18 @@ def insert_segment(
         gone = len(between)
         longer = _itinerary((*fields[: i + 1], *between, *fields[i + 1 :]), itinerary)
         kept = tuple(k + gone * (k > i) for k in range(len(itinerary)))
-        return Change(longer, np.array([*z[: 5 + i], *(gone * [zero]), *z[5 + i :]]), kept), i + 1
+        return Exchange(longer, np.array([*z[: 5 + i], *(gone * [zero]), *z[5 + i :]]), kept), i + 1
     comes = _comes(itinerary.scene, f, failed.guard)
     if itinerary.segments[0].guard is None:
         x_r, v_r = _inside(numbers, system, 0, failed.time)
         angle = system.flows[0].angle + system.flows[0].c.omega * failed.time
         start = np.array([x_r, v_r, z[2], angle, zero, z[4]])
-        return Change(_itinerary((comes, f), itinerary), start, (1,)), 0
+        return Exchange(_itinerary((comes, f), itinerary), start, (1,)), 0
     longer = _itinerary((*fields[:i], f, comes, f, *fields[i + 1 :]), itinerary)
     rest = z[4 + i] - failed.time
     durations = [*z[4 : 4 + i], failed.time, zero, rest, *z[5 + i :]]
     kept = tuple(k + 2 * (k > i) for k in range(len(itinerary)))
-    return Change(longer, np.array([*z[:4], *durations]), kept), i + 1
+    return Exchange(longer, np.array([*z[:4], *durations]), kept), i + 1
 
 
 def _between(
@@ -125,7 +125,7 @@ def _comes(scene: Scene, field: int, guard: Guard | None) -> int:
 
 def swap_segment(
     itinerary: Itinerary, z: Vector, segment: int, system: ShootingSystem | None = None
-) -> Change | None:
+) -> Exchange | None:
     """Itinerary with the two switches at a segment of duration 0 in the other order.
 
     One of contact, drift and the drive's level changes at its start, others at its end. None in
@@ -157,7 +157,7 @@ def swap_segment(
         z = z.copy()
         z[3] = z[3] + math.tau * (comes[2] - during[2])
     other = _itinerary((*fields[:segment], passed, *fields[segment + 1 :]), itinerary)
-    return Change(other, z, tuple(range(len(itinerary))))
+    return Exchange(other, z, tuple(range(len(itinerary))))
 
 
 def _turned_round(
@@ -166,13 +166,13 @@ def _turned_round(
     segment: int,
     before: tuple[int, int, int],
     after: tuple[int, int, int],
-) -> Change:
+) -> Exchange:
     """Itinerary in which a drift reverses before an edge, and lands beyond it at once."""
     scene, fields = itinerary.scene, itinerary.fields
     pair = (field_of(scene, part[0], -before[1], part[2]) for part in (before, after))
     other = _itinerary((*fields[:segment], *pair, *fields[segment + 1 :]), itinerary)
     kept = tuple(k + (k > segment) for k in range(len(itinerary)))
-    return Change(other, np.insert(z, 5 + segment, z[4 + segment]), kept)
+    return Exchange(other, np.insert(z, 5 + segment, z[4 + segment]), kept)
 
 
 def _parts(scene: Scene, field: int) -> tuple[int, int, int]:
@@ -182,7 +182,7 @@ def _parts(scene: Scene, field: int) -> tuple[int, int, int]:
 
 def remove_segment(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, segment: int
-) -> tuple[Change, Inequality]:
+) -> tuple[Exchange, Inequality]:
     """Itinerary without a segment of duration 0, and the inequality that is 0 on this orbit.
 
     Raises InvalidInput if the remaining fields are no itinerary.
@@ -213,7 +213,7 @@ def remove_segment(
     kept = tuple(places[k] for k in turned.kept if k is not None)
     shorter = _itinerary((fields[0], *fields[1 + gone :]), itinerary)
     inequality = Inequality(kind, 0, guard, numbers.number(0), z[4])
-    return Change(shorter, np.array([*z[:4], *durations]), kept), inequality
+    return Exchange(shorter, np.array([*z[:4], *durations]), kept), inequality
 
 
 def zero_segments(itinerary: Itinerary, z: Vector, segment: int) -> tuple[int, ...]:
@@ -248,7 +248,7 @@ def _pair(itinerary: Itinerary, z: Vector, segment: int) -> int | None:
 
 def _without_pair(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, first: int
-) -> tuple[Change, Inequality]:
+) -> tuple[Exchange, Inequality]:
     """Itinerary without such a pair, as in `remove_segment`.
 
     A drift before it that is at rest after it continues beyond the edge, and lands there at once.
@@ -270,12 +270,12 @@ def _without_pair(
         held = Inequality(DURATION, 1, None, numbers.number(0), z[4])
     else:
         held = Inequality(kind, 0, guard, numbers.number(0), z[4])
-    return Change(shorter, np.array([*z[:4], *durations]), kept), held
+    return Exchange(shorter, np.array([*z[:4], *durations]), kept), held
 
 
 def _alone(
     numbers: Backend, itinerary: Itinerary, system: ShootingSystem, segment: int
-) -> tuple[Change, Inequality]:
+) -> tuple[Exchange, Inequality]:
     """Itinerary of the one other segment, from the forcing angle 0."""
     flow, guard = system.flows[1 - segment], itinerary.segments[1 - segment].guard
     _, angle = numbers.turns(flow.angle % numbers.full_turn)
@@ -283,7 +283,7 @@ def _alone(
     x_r, v_r = _inside(numbers, system, 1 - segment, wait)
     zero = numbers.number(0)
     alone = _itinerary((flow.segment.field,), itinerary)
-    change = Change(alone, np.array([x_r, v_r, zero, zero, flow.h]), (None, None))
+    change = Exchange(alone, np.array([x_r, v_r, zero, zero, flow.h]), (None, None))
     # A touch of the guard before or after is reduced to the period from the angle 0.
     turns = math.floor((flow.h - wait) / flow.h)
     if itinerary.mirrored and turns % 2:
@@ -293,14 +293,14 @@ def _alone(
 
 def rotated(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, segment: int
-) -> Change:
+) -> Exchange:
     """The same orbit from another segment on; with edges, at an angle of the first turn."""
     n = len(itinerary)
     segment %= n
     flow = system.flows[segment]
     angle = flow.angle - itinerary.turns(segment) * numbers.full_turn
     start = np.array([*flow.start, angle, *z[4 + segment :], *z[4 : 4 + segment]])
-    return Change(itinerary.rotated(segment), start, tuple((k - segment) % n for k in range(n)))
+    return Exchange(itinerary.rotated(segment), start, tuple((k - segment) % n for k in range(n)))
 
 
 def _inside(

@@ -12,7 +12,7 @@ from capsule_sym._map import quasistatic
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand, reaction_of
 from capsule_sym._map.isolation import polish, positive_at, search
-from capsule_sym._map.location import Flow, SegmentStart, Start
+from capsule_sym._map.location import Begin, Course, SegmentStart
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import native_fields
 from capsule_sym._orbits.shooting.equations import SegmentFlow
@@ -110,8 +110,8 @@ def _searched(
     # NumPy's scalars make this several times slower than plain numbers.
     x_r, gap, v_r, v_c, margin, *_ = map(number, flow.closed)
     angle, duration = number(flow.angle % numbers.full_turn), number(flow.h)
-    start = Start(x_r, gap, v_r, v_c, margin, angle, zeros)
-    motion = Flow(numbers, c, SegmentStart(flow.segment.field, start))
+    start = Begin(x_r, gap, v_r, v_c, margin, angle, zeros)
+    motion = Course(numbers, c, SegmentStart(flow.segment.field, start))
     now, sign = duration * 0, 0
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
 

@@ -158,8 +158,9 @@ class Orbit(Labelled):
 
     @property
     def progression(self) -> Number:
-        """Advance of x_c per excitation period."""
-        return self.system.advance / self.itinerary.period_number
+        """Advance of x_c per excitation period; 0 for the first half of a symmetric orbit."""
+        whole = not self.itinerary.mirrored
+        return self.system.advance * whole / self.itinerary.period_number
 
     @property
     def average_velocity(self) -> Number:
@@ -329,8 +330,8 @@ def solve_itinerary(
     Raises
     ------
     InvalidInput
-        For a guess of the wrong size, a missing one, another backend, or an itinerary that the
-        scene does not have.
+        For a guess of the wrong size, a missing one, another number of parameters, another backend,
+        a time limit that is not allowed, or an itinerary that the scene does not have.
 
     See Also
     --------

@@ -132,7 +132,7 @@ def solve_orbit(
     )
 
 
-class Ending(NamedTuple):
+class LastPeriod(NamedTuple):
     """Last period of a run that repeats an itinerary: itinerary, unknowns z, and change.
 
     `change` is the largest change of the state over the turn, over the motion's size.
@@ -146,7 +146,7 @@ class Ending(NamedTuple):
 class _Refused(NamedTuple):
     """An itinerary that was tried, and the reason why its orbit is not accepted."""
 
-    ending: Ending
+    ending: LastPeriod
     why: Orbit
 
 
@@ -163,7 +163,7 @@ def _tried(refused: Sequence[_Refused]) -> str:
     return f"tried {', '.join(tried + more)}"
 
 
-def _accepted(trajectory: Trajectory, ending: Ending) -> Orbit:
+def _accepted(trajectory: Trajectory, ending: LastPeriod) -> Orbit:
     """Orbit next to the end of a run, if the run settles on it."""
     found = solve_admissible(trajectory.parameters, ending.itinerary, ending.guess)
     if not found.success:
@@ -270,7 +270,7 @@ def solve_admissible(
     return NoOrbit(OrbitStatus.TIME_LIMIT, detail, itinerary, _values(parameters), residual)
 
 
-def endings(trajectory: Trajectory) -> Iterator[Ending]:
+def endings(trajectory: Trajectory) -> Iterator[LastPeriod]:
     """The last 1, 2, ... excitation periods of a run that repeat those before.
 
     They repeat if the fields are equal and the states close. Segments may be longer than a period.
@@ -281,7 +281,7 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
     last, marks = trajectory.segments[-1], np.array(trajectory.stroboscopic[-2:], dtype=float)
     if drift(last.field, scene) == 0 and not last.target and float(last.duration) > period:
         change = float(abs(marks[-1] - marks[0]).max()) if len(marks) > 1 else float("inf")
-        yield Ending(
+        yield LastPeriod(
             Itinerary.of((last.field,), scene=scene), [*marks[-1].tolist(), 0.0, period], change
         )
     # Segments of the largest number of periods to test, and as many before.
@@ -310,7 +310,7 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
             continue
         seen[period_number] = change
         if (guess := _guess(chosen, period_number, p)) is not None:
-            yield Ending(*guess, change / size)
+            yield LastPeriod(*guess, change / size)
 
 
 def _guess(

@@ -31,7 +31,7 @@ from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 Constants = Any  # of a segment's closed form, by the kernels of a scene
 
 
-class Orbit(Protocol):
+class OrbitLike(Protocol):
     """Properties of an orbit that stability uses."""
 
     @property
@@ -112,7 +112,7 @@ def saltation_matrix(before: Constants, after: Constants, state: Vector, cosine:
     return matrix  # type: ignore[no-any-return]
 
 
-def monodromy_matrix(orbit: Orbit) -> Matrix:
+def monodromy_matrix(orbit: OrbitLike) -> Matrix:
     """Monodromy matrix of an orbit at the phase of its start.
 
     For the first half of a motion that is its own mirror image it is the matrix of half the period
@@ -154,7 +154,7 @@ def monodromy_matrix(orbit: Orbit) -> Matrix:
     return _product(orbit, 0)
 
 
-def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
+def floquet_multipliers(orbit: OrbitLike) -> NDArray[np.complex128]:
     """The three Floquet multipliers of an orbit, complex, the largest modulus first.
 
     One is exactly 0 if the capsule sticks on the orbit: stick ends with v_c = 0 for all deviations.
@@ -192,7 +192,7 @@ def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
     return values[np.argsort(-abs(values), kind="stable")]
 
 
-def _product(orbit: Orbit, first: int) -> Matrix:
+def _product(orbit: OrbitLike, first: int) -> Matrix:
     """Product of Jacobians and saltation matrices over the segments from `first` on."""
     flows, itinerary = orbit.system.flows, orbit.itinerary
     n, numbers = len(flows), orbit.numbers
@@ -270,14 +270,14 @@ class LyapunovExponents:
 
     @property
     def success(self) -> bool:
-        """True if they cover the whole trajectory without its transient."""
+        """True if they cover all of the trajectory after the transient."""
         return self.status is Status.FINISHED
 
     @property
     def message(self) -> str:
         """Status as a sentence."""
-        whole = "of the whole trajectory" if self.success else "of the part within the time limit"
-        return f"the exponents are {whole}"
+        part = "all after the transient" if self.success else "the part within the time limit"
+        return f"the exponents are of {part}"
 
 
 @np.errstate(under="ignore")

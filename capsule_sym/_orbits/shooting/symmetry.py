@@ -71,7 +71,8 @@ def mirror_image(orbit: Orbit) -> bool:
     Parameters
     ----------
     orbit : Orbit
-        A solved orbit, whose `success` is True; not a first half, as `half_orbit` gives.
+        A solved orbit, whose `success` is True. A first half, as `half_orbit` gives, stands for its
+        whole orbit.
 
     Returns
     -------
@@ -91,6 +92,7 @@ def mirror_image(orbit: Orbit) -> bool:
     >>> cs.mirror_image(cs.solve_orbit(cs.Parameters(alpha=0.9)))
     False
     """
+    orbit = whole_orbit(orbit)
     if orbit.itinerary.period_number % 2 == 0:
         return False
     run, half = orbit.trajectory(), orbit.itinerary.period_number * orbit.parameters.period / 2
@@ -101,7 +103,7 @@ def mirror_image(orbit: Orbit) -> bool:
 
 
 def whole_orbit(orbit: Orbit) -> Orbit:
-    """Whole orbit, if this is the first half; a segment keeps its index.
+    """Whole orbit, if this is the first half, whose segments keep their indices.
 
     Parameters
     ----------

@@ -9,12 +9,12 @@ from sympy.polys.polyerrors import BasePolynomialError
 
 from capsule_sym._symbolic.model.parts import (
     BadDeclaration,
+    DeclaredUnit,
     Drive,
     Mode,
     Parameter,
     Quantity,
-    Region,
-    Unit,
+    SpringRange,
     excess,
     read,
     substituted,
@@ -37,10 +37,10 @@ class Declared:
     def __init__(self) -> None:
         self.parameters: list[Parameter] = []
         self.quantities: list[Quantity] = []
-        self.units: list[Unit] = []
+        self.units: list[DeclaredUnit] = []
         self.state: tuple[sp.Symbol, ...] = ()
         self.state_labels: dict[str, str] = {}
-        self.regions: list[Region] = []
+        self.regions: list[SpringRange] = []
         self.modes: list[Mode] = []
         self.drive: Drive | None = None
         self.stiffness = sp.Symbol("kappa", nonnegative=True)
@@ -76,7 +76,7 @@ class Declared:
         return tuple(self._spring(one) for _, one in self._beyond)
 
     @property
-    def _beyond(self) -> tuple[tuple[int, Region], ...]:
+    def _beyond(self) -> tuple[tuple[int, SpringRange], ...]:
         """Side of each stop (1 in front, -1 behind) and the region beyond it."""
         return tuple(zip((1, -1), self.regions[1:], strict=False))
 
@@ -273,7 +273,7 @@ class Declared:
                 said = f"no way from {first.name} to {one.name}: beside {inner} lies nothing"
                 raise self.refusal(one.line, said)
 
-    def _check_spring(self, region: Region) -> None:
+    def _check_spring(self, region: SpringRange) -> None:
         """The stiffness beyond a stop is a parameter times a positive factor."""
         stiffness = region.stiffness
         held_by = stiffness.free_symbols - {one.symbol for one in self.parameters}
@@ -286,7 +286,7 @@ class Declared:
             said = f"the stiffness {stiffness} is not a parameter times what is above 0"
             raise self.refusal(region.line, said) from None
 
-    def _spring(self, region: Region) -> sp.Symbol:
+    def _spring(self, region: SpringRange) -> sp.Symbol:
         """Parameter to which a stiffness is proportional; raises StopIteration without one."""
         factors = (p.symbol for p in self.parameters if region.stiffness.has(p.symbol))
         return next(p for p in factors if sp.cancel(region.stiffness / p).is_positive)

@@ -23,13 +23,13 @@ from capsule_sym._symbolic.model.consistency import UNITS, Declared, force, tau
 from capsule_sym._symbolic.model.names import problem
 from capsule_sym._symbolic.model.parts import (
     BadDeclaration,
+    DeclaredUnit,
     Drive,
     Mode,
     Parameter,
     Quantity,
-    Region,
     Slider,
-    Unit,
+    SpringRange,
     excess,
     shown,
     unit_of,
@@ -149,7 +149,7 @@ class Model(Declared):
         taken = [one.letter for one in self.units] + [one.name for one in self.quantities]
         if letter in (*taken, "d", "Math"):  # the last two in TypeScript
             raise self.refusal(line, f"the letter {letter} is in use for something else")
-        self.units.append(Unit(name, letter, relation, about))
+        self.units.append(DeclaredUnit(name, letter, relation, about))
 
     def parameter(
         self,
@@ -236,7 +236,7 @@ class Model(Declared):
         line = self._note("region")
         self._check_name(name, line, "mode")
         relations = tuple(map(self._inequality, where))
-        self.regions.append(Region(name, relations, self._expression(stiffness), line))
+        self.regions.append(SpringRange(name, relations, self._expression(stiffness), line))
 
     def interaction(self, force: sp.Expr) -> sp.Expr:
         """Force of the mass on the capsule; `stiffness` and `stop` stand for the spring of a stop.

@@ -79,7 +79,7 @@ class Undecided(Exception):
 
 
 @dataclass(frozen=True)
-class Constraint:
+class Comparison:
     """`polynomial kind 0`."""
 
     polynomial: PolyElement
@@ -131,7 +131,7 @@ class Constraint:
         """True if a symbol occurs."""
         return _POSITION[symbol] in self._support
 
-    def at(self, values: Mapping[sp.Symbol, Fraction | int]) -> Constraint:
+    def at(self, values: Mapping[sp.Symbol, Fraction | int]) -> Comparison:
         """Constraint with numbers in place of some symbols."""
         numbers = [(_POSITION[s], _rational(v)) for s, v in values.items() if self.involves(s)]
         if not numbers:
@@ -143,7 +143,7 @@ class Constraint:
                     coefficient *= number ** powers[position]
                     powers = _without(powers, position)
             terms[powers] = terms.get(powers, 0) + coefficient
-        return Constraint(_RING.from_dict(terms), self.kind)
+        return Comparison(_RING.from_dict(terms), self.kind)
 
     def holds(self) -> bool:
         """True if a constraint without variables holds."""
@@ -159,12 +159,12 @@ class Constraint:
             return None
         return sign == 0 if self.kind == "==" else sign > 0 or (sign == 0 and self.kind == ">=")
 
-    def opposites(self) -> list[Constraint]:
+    def opposites(self) -> list[Comparison]:
         """Constraints of which exactly one holds where this one does not."""
         negative = -self.polynomial
         if self.kind == "==":
-            return [Constraint(negative, ">"), Constraint(self.polynomial, ">")]
-        return [Constraint(negative, ">=" if self.kind == ">" else ">")]
+            return [Comparison(negative, ">"), Comparison(self.polynomial, ">")]
+        return [Comparison(negative, ">=" if self.kind == ">" else ">")]
 
 
 def _rational(value: Fraction | int) -> Any:
@@ -191,31 +191,31 @@ def _polynomial(expression: sp.Expr) -> PolyElement:
     polynomial = _RING.from_expr(sp.expand(expression.xreplace(_LINEAR)))
     if len({sum(powers[: _POSITION[FORWARD] + 1]) for powers in polynomial}) > 1:
         raise Undecided(expression)
-    return Constraint(polynomial, "==").at({FORWARD: 1}).polynomial
+    return Comparison(polynomial, "==").at({FORWARD: 1}).polynomial
 
 
 @cache
-def constraint_of(relation: Relation) -> Constraint:
+def constraint_of(relation: Relation) -> Comparison:
     """A homogeneous relation as a constraint, at a bound of 1; a truth value as one of a number."""
     if relation in (sp.true, sp.false):
-        return Constraint(_RING.one if relation == sp.true else -_RING.one, ">")
+        return Comparison(_RING.one if relation == sp.true else -_RING.one, ">")
     if isinstance(relation, sp.Eq):
-        return Constraint(_polynomial(relation.lhs - relation.rhs), "==")
+        return Comparison(_polynomial(relation.lhs - relation.rhs), "==")
     if isinstance(relation, (sp.StrictGreaterThan, sp.StrictLessThan)):
-        return Constraint(_polynomial(relation.gts - relation.lts), ">")
+        return Comparison(_polynomial(relation.gts - relation.lts), ">")
     if isinstance(relation, (sp.GreaterThan, sp.LessThan)):
-        return Constraint(_polynomial(relation.gts - relation.lts), ">=")
+        return Comparison(_polynomial(relation.gts - relation.lts), ">=")
     raise TypeError(f"not a relation that can be decided: {relation}")
 
 
 _a, _u = (_GENERATOR[symbol] for symbol in (alpha, force))
 RANGES = (
-    Constraint(_a, ">="),
-    *(Constraint(_GENERATOR[gap], ">=") for gap in GAPS),
-    *(Constraint(_GENERATOR[front] - _RING.from_expr(back), ">") for back in MODEL.stops[1:]),
-    *(() if PULSED else (Constraint(_a - _u, ">="), Constraint(_a + _u, ">="))),
+    Comparison(_a, ">="),
+    *(Comparison(_GENERATOR[gap], ">=") for gap in GAPS),
+    *(Comparison(_GENERATOR[front] - _RING.from_expr(back), ">") for back in MODEL.stops[1:]),
+    *(() if PULSED else (Comparison(_a - _u, ">="), Comparison(_a + _u, ">="))),
     *(
-        Constraint(_GENERATOR[p], ">" if p.is_positive else ">=")
+        Comparison(_GENERATOR[p], ">" if p.is_positive else ">=")
         for p in _OTHER_FORCES
         if p.is_nonnegative
     ),
@@ -226,7 +226,7 @@ The level of pulses, a symbol of its own, is unbounded.
 """
 
 
-def _pivot(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> Constraint | None:
+def _pivot(symbol: sp.Symbol, constraints: Iterable[Comparison]) -> Comparison | None:
     """Equation that can be solved for the symbol."""
     for constraint in constraints:
         if constraint.kind == "==" and constraint.slope_sign(symbol):
@@ -236,7 +236,7 @@ def _pivot(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> Constraint |
 
 # The same two constraints meet in many systems, since each system of a piece repeats its relations.
 @cache
-def _without_symbol(symbol: sp.Symbol, one: Constraint, other: Constraint) -> Constraint:
+def _without_symbol(symbol: sp.Symbol, one: Comparison, other: Comparison) -> Comparison:
     """Combination of two constraints in which a symbol is eliminated.
 
     The first is an equation, or its slope is positive and the other's is negative.
@@ -245,14 +245,14 @@ def _without_symbol(symbol: sp.Symbol, one: Constraint, other: Constraint) -> Co
     rest = slope * other.polynomial - other.slope(symbol) * one.polynomial
     kinds = (one.kind, other.kind)
     if one.kind == "==":
-        return Constraint(sign * rest, other.kind)
-    return Constraint(rest, ">" if ">" in kinds else ">=")
+        return Comparison(sign * rest, other.kind)
+    return Comparison(rest, ">" if ">" in kinds else ">=")
 
 
-def _eliminate(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> list[Constraint]:
+def _eliminate(symbol: sp.Symbol, constraints: Iterable[Comparison]) -> list[Comparison]:
     """Constraints on the other symbols after exact elimination of one."""
-    kept: list[Constraint] = []
-    involved: list[Constraint] = []
+    kept: list[Comparison] = []
+    involved: list[Comparison] = []
     for constraint in constraints:
         (involved if constraint.involves(symbol) else kept).append(constraint)
     if pivot := _pivot(symbol, involved):
@@ -265,7 +265,7 @@ def _eliminate(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> list[Con
     return kept + [_without_symbol(symbol, *pair) for pair in product(lower, upper)]
 
 
-def _order(constraints: list[Constraint], symbols: list[sp.Symbol]) -> sp.Symbol:
+def _order(constraints: list[Comparison], symbols: list[sp.Symbol]) -> sp.Symbol:
     """Next symbol to eliminate: one that an equation determines, else the least involved."""
     costs: list[tuple[int, int]] = []
     for index, symbol in enumerate(symbols):
@@ -281,7 +281,7 @@ def _order(constraints: list[Constraint], symbols: list[sp.Symbol]) -> sp.Symbol
     return symbols[min(costs)[1]]
 
 
-def _opposed(one: Constraint, other: Constraint) -> bool:
+def _opposed(one: Comparison, other: Comparison) -> bool:
     """True if two constraints have opposite polynomials, even of unknown sign."""
     common = one.polynomial.gcd(other.polynomial)
     try:
@@ -295,9 +295,9 @@ class Contradiction(Exception):
     """Raised if no values of the variables satisfy the constraints."""
 
 
-def _settled(constraints: Iterable[Constraint]) -> list[Constraint]:
+def _settled(constraints: Iterable[Comparison]) -> list[Comparison]:
     """Constraints without those that hold for all values."""
-    kept: list[Constraint] = []
+    kept: list[Comparison] = []
     for constraint in dict.fromkeys(constraints):
         if constraint._truth is None:
             kept.append(constraint)
@@ -307,8 +307,8 @@ def _settled(constraints: Iterable[Constraint]) -> list[Constraint]:
 
 
 def eliminations(
-    constraints: list[Constraint], symbols: Iterable[sp.Symbol]
-) -> Iterator[tuple[sp.Symbol, list[Constraint]]]:
+    constraints: list[Comparison], symbols: Iterable[sp.Symbol]
+) -> Iterator[tuple[sp.Symbol, list[Comparison]]]:
     """Each eliminated symbol with the constraints it was eliminated from; then the remaining ones.
 
     Raises Contradiction if nothing satisfies the constraints, and Undecided.
@@ -326,6 +326,6 @@ def eliminations(
     yield sp.S.One, constraints
 
 
-def without(constraints: list[Constraint], symbols: Iterable[sp.Symbol]) -> list[Constraint]:
+def without(constraints: list[Comparison], symbols: Iterable[sp.Symbol]) -> list[Comparison]:
     """Constraints that remain after elimination of the symbols; raises as `eliminations`."""
     return list(eliminations(constraints, symbols))[-1][1]

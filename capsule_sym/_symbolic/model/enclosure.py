@@ -14,7 +14,7 @@ from math import ceil, comb
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.model import Segment
+from capsule_sym._symbolic.model.model import Linear
 from capsule_sym._symbolic.model.symbols import PULSED, STATE, alpha, force, omega, tau
 
 Polynomial = list[Fraction]
@@ -44,12 +44,12 @@ def affine(function: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> list[Fract
     return [Fraction(int(c.p), int(c.q)) for c in found]
 
 
-def extended_rates(field: Segment) -> tuple[sp.Expr, ...]:
+def extended_rates(field: Linear) -> tuple[sp.Expr, ...]:
     """Time derivatives of `EXTENDED` along a field."""
     return field.field if PULSED else (*field.field, -omega * quadrature, omega * force)
 
 
-class Flow:
+class RationalFlow:
     """The trajectory of a field through a rational state, as a function of elapsed time.
 
     `start` holds (x_r, v_r, v_c, alpha cos(omega tau), alpha sin(omega tau)), `values` rational
@@ -58,7 +58,7 @@ class Flow:
 
     def __init__(
         self,
-        field: Segment,
+        field: Linear,
         values: Mapping[sp.Symbol, sp.Expr],
         start: Iterable[Fraction],
         sense: int,

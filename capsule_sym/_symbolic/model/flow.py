@@ -28,8 +28,8 @@ from capsule_sym._symbolic.model.model import (
     LOAD,
     PULL,
     REACTS,
+    Linear,
     P,
-    Segment,
     friction_of,
     kappa,
 )
@@ -59,7 +59,7 @@ spring = sp.Symbol("spring", real=True)  # the interaction force at the start le
 margin = sp.Symbol("margin", real=True)  # pull on the capsule minus `friction` at the start
 
 
-def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
+def constants(segment: Linear) -> dict[sp.Symbol, sp.Expr]:
     """Constants m, kappa, push, friction, sigma and K of a segment, read off its field.
 
     With two stops, the place of the segment's stop is one more.

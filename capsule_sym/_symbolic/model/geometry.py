@@ -39,16 +39,16 @@ SCENARIOS: dict[str, Relation] = {
 
 
 @dataclass(frozen=True)
-class Piece:
+class StateSet:
     """A named set of states: where all its relations hold."""
 
     name: str
     relations: tuple[Relation, ...]
 
     @property
-    def closure(self) -> Piece:
+    def closure(self) -> StateSet:
         """The closed set of the same relations; the closure of the piece unless it is empty."""
-        return Piece(f"cl {self.name}", tuple(map(_closed, self.relations)))
+        return StateSet(f"cl {self.name}", tuple(map(_closed, self.relations)))
 
     @property
     def latex(self) -> str:
@@ -70,17 +70,17 @@ def _closed(relation: Relation) -> Relation:
     )
 
 
-def empty(piece: Piece, hypotheses: Iterable[Relation] = ()) -> bool:
+def empty(piece: StateSet, hypotheses: Iterable[Relation] = ()) -> bool:
     """True if the piece holds no state under the hypotheses."""
     return not consistent([*piece.relations, *hypotheses])
 
 
-def disjoint(first: Piece, second: Piece, hypotheses: Iterable[Relation] = ()) -> bool:
+def disjoint(first: StateSet, second: StateSet, hypotheses: Iterable[Relation] = ()) -> bool:
     """True if two pieces have no state in common under the hypotheses."""
     return not consistent([*first.relations, *second.relations, *hypotheses])
 
 
-def meets(piece: Piece, point: Piece, hypotheses: Iterable[Relation]) -> bool:
+def meets(piece: StateSet, point: StateSet, hypotheses: Iterable[Relation]) -> bool:
     """True if the closure of a piece holds the (existing) point under the hypotheses."""
     hypotheses = list(hypotheses)
     return not empty(piece, hypotheses) and all(
@@ -110,9 +110,9 @@ def _within(force: sp.Expr) -> tuple[Relation, Relation]:
     return sp.Lt(force, FORWARD), sp.Gt(force, -BACKWARD)
 
 
-def _numbered(letter: str, pieces: Iterable[tuple[Relation, ...]]) -> tuple[Piece, ...]:
+def _numbered(letter: str, pieces: Iterable[tuple[Relation, ...]]) -> tuple[StateSet, ...]:
     """Pieces by a letter and a number from 1 on."""
-    return tuple(Piece(f"{letter}{n}", relations) for n, relations in enumerate(pieces, start=1))
+    return tuple(StateSet(f"{letter}{n}", relations) for n, relations in enumerate(pieces, start=1))
 
 
 def _surfaces() -> Iterator[tuple[Relation, ...]]:
@@ -154,19 +154,19 @@ def _points() -> Iterator[tuple[Relation, ...]]:
 
 
 _PARTS = _numbered("S", _surfaces()), _numbered("L", _lines()), _numbered("O", _points())
-PIECES: dict[str, Piece] = {piece.name: piece for pieces in _PARTS for piece in pieces}
+PIECES: dict[str, StateSet] = {piece.name: piece for pieces in _PARTS for piece in pieces}
 """Surfaces, lines and points by name; with one stop S1-S10, L1-L10 and O1-O3."""
 
 SURFACES, LINES, POINTS = (tuple(piece.name for piece in pieces) for pieces in _PARTS)
 
 
-def cell(index: int) -> Piece:
+def cell(index: int) -> StateSet:
     """Interior of subspace Omega `index`, where field F`index` alone acts."""
     field = segment(index)
     side = _SIDES[field.contact]
     if field.stick:
-        return Piece(f"cell {index}", (_REST, *side, *_within(field.pull)))
-    return Piece(f"cell {index}", (_FORWARD if field.drift > 0 else _BACKWARD, *side))
+        return StateSet(f"cell {index}", (_REST, *side, *_within(field.pull)))
+    return StateSet(f"cell {index}", (_FORWARD if field.drift > 0 else _BACKWARD, *side))
 
 
-CELLS: tuple[Piece, ...] = tuple(cell(one.index) for one in ANY_LEVEL)
+CELLS: tuple[StateSet, ...] = tuple(cell(one.index) for one in ANY_LEVEL)

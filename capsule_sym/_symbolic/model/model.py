@@ -13,7 +13,7 @@ from itertools import product
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.parts import Mode, Region, excess
+from capsule_sym._symbolic.model.parts import Mode, SpringRange, excess
 from capsule_sym._symbolic.model.symbols import (
     MODEL,
     PULSED,
@@ -82,14 +82,14 @@ def bound_of(way: sp.Expr) -> sp.Expr:
 
 
 @dataclass(frozen=True)
-class Segment:
+class Linear:
     """One linear segment: the stop whose spring acts, the direction of drift, and a level.
 
     `drift` is +1 for forward drift, -1 for backward drift and 0 for stick.
     """
 
     index: int
-    region: Region
+    region: SpringRange
     way: Mode
     level: int = 0
     """Number of the drive's level from 0; ANY for the symbol `force`."""
@@ -159,15 +159,15 @@ class Segment:
 
 
 _KINDS = tuple(product(MODEL.regions, MODEL.modes))
-SEGMENTS: tuple[Segment, ...] = tuple(
-    Segment(index, region, mode, level)
+SEGMENTS: tuple[Linear, ...] = tuple(
+    Linear(index, region, mode, level)
     for index, (level, (region, mode)) in enumerate(product(range(len(LEVELS)), _KINDS), start=1)
 )
 """The segments, F1 and so on; with pulses those of the high level, then of the low one."""
-ANY_LEVEL = tuple(Segment(index, *kind, ANY) for index, kind in enumerate(_KINDS, start=1))
+ANY_LEVEL = tuple(Linear(index, *kind, ANY) for index, kind in enumerate(_KINDS, start=1))
 """Segments for any level of the drive, by which signs of guards are derived."""
 
 
-def segment(index: int) -> Segment:
+def segment(index: int) -> Linear:
     """The segment of field `F{index}`, from 1 on."""
     return ANY_LEVEL[index - 1]

@@ -69,7 +69,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Unit:
+class DeclaredUnit:
     """A unit of results, by its relation to the quantities of a device."""
 
     name: str
@@ -80,7 +80,7 @@ class Unit:
 
 
 @dataclass(frozen=True)
-class Region:
+class SpringRange:
     """The states between the stops, or beyond one, and the stiffness of a spring there."""
 
     name: str

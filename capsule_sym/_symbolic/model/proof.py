@@ -20,7 +20,7 @@ from capsule_sym._symbolic.model.elimination import (
     MAY_VANISH,
     RANGES,
     VARIABLES,
-    Constraint,
+    Comparison,
     Contradiction,
     Relation,
     Sign,
@@ -47,7 +47,7 @@ def _zero_patterns(symbols: list[sp.Symbol]) -> Iterator[dict[sp.Symbol, int]]:
         yield {symbol: 0 for symbol, zero in zip(symbols, zeros, strict=True) if zero}
 
 
-def _cases(constraints: Iterable[Constraint]) -> Iterator[list[Constraint]]:
+def _cases(constraints: Iterable[Comparison]) -> Iterator[list[Comparison]]:
     """The constraints for parameters zero or positive, in every combination that occurs."""
     constraints = [*constraints, *RANGES]
     present = [s for s in MAY_VANISH if any(c.involves(s) for c in constraints)]
@@ -55,7 +55,7 @@ def _cases(constraints: Iterable[Constraint]) -> Iterator[list[Constraint]]:
         yield [constraint.at(values) for constraint in constraints]
 
 
-def _satisfiable(constraints: list[Constraint]) -> bool:
+def _satisfiable(constraints: list[Comparison]) -> bool:
     """True if some state and some positive parameters satisfy constraints."""
     try:
         unsettled = without(constraints, VARIABLES)
@@ -78,7 +78,7 @@ def _satisfiable(constraints: list[Constraint]) -> bool:
     return bool(solve_rational_inequalities([[positive, *system]]) != sp.S.EmptySet)
 
 
-def _with_numbers(constraints: list[Constraint]) -> Iterator[list[Constraint]]:
+def _with_numbers(constraints: list[Comparison]) -> Iterator[list[Comparison]]:
     """The constraints with numbers for the parameters in their coefficients, by several trials."""
     symbols = {s for c in constraints for s in c.polynomial.as_expr().free_symbols}
     names = sorted(symbols - {*VARIABLES}, key=str)
@@ -93,7 +93,7 @@ def _trials(count: int) -> Iterator[tuple[Fraction, ...]]:
 
 
 @cache
-def _consistent(constraints: tuple[Constraint, ...]) -> bool:
+def _consistent(constraints: tuple[Comparison, ...]) -> bool:
     return any(map(_satisfiable, _cases(constraints)))
 
 
@@ -206,7 +206,7 @@ def example(
     return point
 
 
-def _choose(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> Fraction:
+def _choose(symbol: sp.Symbol, constraints: Iterable[Comparison]) -> Fraction:
     lows: list[tuple[Fraction, bool]] = []
     highs: list[tuple[Fraction, bool]] = []
     for constraint in constraints:

@@ -29,9 +29,9 @@ from capsule_sym._symbolic.model.geometry import (
     POINTS,
     SCENARIOS,
     SURFACES,
-    Piece,
+    StateSet,
 )
-from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, REACTS, P, Segment
+from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, REACTS, Linear, P
 from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
 from capsule_sym._symbolic.model.symbols import (
     MODEL,
@@ -98,7 +98,7 @@ class Leaf:
     their own cell; `may_arrive` and `may_depart` add those that higher derivatives decide.
     """
 
-    piece: Piece
+    piece: StateSet
     condition: tuple[Relation, ...]
     arrives: frozenset[int]
     departs: frozenset[int]
@@ -106,7 +106,7 @@ class Leaf:
     may_depart: frozenset[int]
 
 
-def time_derivative(expression: sp.Expr, field: Segment) -> sp.Expr:
+def time_derivative(expression: sp.Expr, field: Linear) -> sp.Expr:
     """Rate of change of a function of state and time along a field."""
     along = sum(expression.diff(s) * rate for s, rate in zip(STATE, field.field, strict=True))
     return sp.expand(along + expression.diff(tau))
@@ -128,7 +128,7 @@ class _Split(Exception):
         self.expression = expression
 
 
-def _first_sign(guard: sp.Expr, field: Segment, known: tuple[Relation, ...]) -> tuple[int, Sign]:
+def _first_sign(guard: sp.Expr, field: Linear, known: tuple[Relation, ...]) -> tuple[int, Sign]:
     """Order and sign of the first derivative of a guard that does not vanish (0: all vanish)."""
     orders = _ORDERS_OF_FORCE if guard.has(FORWARD, BACKWARD) else _ORDERS_OF_MOTION
     for order, expression in enumerate(derivatives(guard, field.index, orders)):
@@ -140,7 +140,7 @@ def _first_sign(guard: sp.Expr, field: Segment, known: tuple[Relation, ...]) -> 
     return orders + 1, 0
 
 
-def _passage(field: Segment, known: tuple[Relation, ...]) -> tuple[bool | None, bool | None]:
+def _passage(field: Linear, known: tuple[Relation, ...]) -> tuple[bool | None, bool | None]:
     """True if the field's trajectory through the point comes from, and leaves into, its cell.
 
     None if nothing excludes it and some guard vanishes with all its derivatives.
@@ -188,7 +188,7 @@ def reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
     return sp.expand(product / gamma ** sp.degree(product, gamma))
 
 
-def leaves(piece: Piece, condition: tuple[Relation, ...] = ()) -> Iterator[Leaf]:
+def leaves(piece: StateSet, condition: tuple[Relation, ...] = ()) -> Iterator[Leaf]:
     """Parts of a piece on which every field arrives, leaves or does neither."""
     known = (*piece.relations, *condition)
     passages: dict[int, tuple[bool | None, bool | None]] = {}
@@ -300,7 +300,7 @@ def end_planes() -> frozenset[tuple[int, str]]:
     )
 
 
-def momentum(field: Segment) -> sp.Expr:
+def momentum(field: Linear) -> sp.Expr:
     """Capsule's velocity in the direction of drift, without the damper's part.
 
     Its rate along a drift field contains springs and friction only; the damper's impulse
@@ -309,7 +309,7 @@ def momentum(field: Segment) -> sp.Expr:
     return field.drift * (v_c - P.diff(v_r) * (x_r - field.stop) / gamma)
 
 
-def never_rests(field: Segment, hypotheses: Iterable[Relation]) -> bool:
+def never_rests(field: Linear, hypotheses: Iterable[Relation]) -> bool:
     """True if a drift that begins at an impact of the moving capsule cannot end at rest.
 
     That holds if `momentum` is positive at the impact, never decreases in the cell, and is not

@@ -18,8 +18,8 @@ from capsule_sym._symbolic.proofs.parts import (
     BOUNDS,
     PARTS,
     RANGES,
-    Bound,
     Part,
+    StickBound,
     bifurcations,
     part,
 )
@@ -29,7 +29,7 @@ _DAMPED = sp.Gt(zeta, 0)
 BY_LINE = {bound.line: bound for bound in BOUNDS}
 
 
-def _one_way(bound: Bound) -> sp.Expr:
+def _one_way(bound: StickBound) -> sp.Expr:
     return bound.side * outward(bound.line)
 
 

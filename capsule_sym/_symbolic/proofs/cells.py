@@ -13,7 +13,7 @@ from itertools import combinations, product
 import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation, Undecided
-from capsule_sym._symbolic.model.geometry import Piece
+from capsule_sym._symbolic.model.geometry import StateSet
 from capsule_sym._symbolic.model.model import (
     ANY_LEVEL,
     BACKWARD,
@@ -21,8 +21,8 @@ from capsule_sym._symbolic.model.model import (
     LEVELS,
     PULL,
     SEGMENTS,
+    Linear,
     P,
-    Segment,
     kappa,
 )
 from capsule_sym._symbolic.model.proof import consistent, implies, negations
@@ -32,7 +32,7 @@ from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 Guards = tuple[sp.Expr, ...]
 
 
-def cell(field: Segment) -> Piece:
+def cell(field: Linear) -> StateSet:
     """States in which a field acts, by the place of the mass and Coulomb's law."""
     ahead, *behind = MODEL.stops
     sides = {
@@ -44,10 +44,10 @@ def cell(field: Segment) -> Piece:
     place = MODEL.stops[max(field.contact - 1, 0)]
     held = PULL.subs({kappa: field.region.stiffness, stop: place})
     ways = {1: [v_c > 0], 0: [sp.Eq(v_c, 0), held < FORWARD, held > -BACKWARD], -1: [v_c < 0]}
-    return Piece(f"cell of {field.name}", (*sides[field.contact], *ways[field.drift]))
+    return StateSet(f"cell of {field.name}", (*sides[field.contact], *ways[field.drift]))
 
 
-def bound_cell(field: Segment, guards: Guards) -> bool:
+def bound_cell(field: Linear, guards: Guards) -> bool:
     """Check that guards are positive exactly in a field's cell (at rest: where v_c is 0)."""
     inside = [*(sp.Gt(guard, 0) for guard in guards), *([sp.Eq(v_c, 0)] if field.stick else [])]
     here = cell(field).relations
@@ -56,7 +56,7 @@ def bound_cell(field: Segment, guards: Guards) -> bool:
     )
 
 
-def needed(guard: sp.Expr, field: Segment, guards: Guards) -> bool:
+def needed(guard: sp.Expr, field: Linear, guards: Guards) -> bool:
     """Check that a guard vanishes at states where the others are positive: it bounds the cell."""
     rest = [sp.Eq(v_c, 0)] if field.stick else []
     others = (sp.Gt(other, 0) for other in guards if other is not guard)
@@ -72,7 +72,7 @@ def exclude(one: Relation, other: Relation) -> bool:
         return False
 
 
-def apart(cells: Sequence[Piece]) -> bool:
+def apart(cells: Sequence[StateSet]) -> bool:
     """Check that a relation of each cell excludes one of every other cell."""
     return all(
         any(exclude(a, b) for a, b in product(one.relations, other.relations))
@@ -80,7 +80,7 @@ def apart(cells: Sequence[Piece]) -> bool:
     )
 
 
-def cover(cells: Sequence[Piece]) -> bool:
+def cover(cells: Sequence[StateSet]) -> bool:
     """Check that every state, under any force, is in a cell or on the boundary of one.
 
     A state outside all of them violates a relation of each: two of these exclude one another.
@@ -88,7 +88,7 @@ def cover(cells: Sequence[Piece]) -> bool:
     return not _left((), [one.closure for one in cells])
 
 
-def _left(known: tuple[Relation, ...], cells: list[Piece]) -> bool:
+def _left(known: tuple[Relation, ...], cells: list[StateSet]) -> bool:
     if not cells:
         return True
     first, *others = cells
@@ -100,7 +100,7 @@ def _left(known: tuple[Relation, ...], cells: list[Piece]) -> bool:
     )
 
 
-def pushes_back(field: Segment, spring: sp.Expr) -> bool:
+def pushes_back(field: Linear, spring: sp.Expr) -> bool:
     """Check that a stop's spring pushes the mass back in a field's cell, and is slack at it."""
     side, here = {1: 1, 2: -1}[field.contact], cell(field).relations
     return implies(here, sp.Ge(side * spring, 0)) and vanishes(
@@ -108,7 +108,7 @@ def pushes_back(field: Segment, spring: sp.Expr) -> bool:
     )
 
 
-def resists(field: Segment, friction: sp.Expr) -> bool:
+def resists(field: Linear, friction: sp.Expr) -> bool:
     """Check that friction dissipates power in drift, or holds a capsule at rest within bounds."""
     if field.stick:
         here = cell(field).relations
@@ -117,7 +117,7 @@ def resists(field: Segment, friction: sp.Expr) -> bool:
     return implies(cell(field).relations, friction * field.drift < 0)
 
 
-def at_level(field: Segment, claim: tuple[sp.Expr, ...]) -> bool:
+def at_level(field: Linear, claim: tuple[sp.Expr, ...]) -> bool:
     """Check that rates and guards are those for any force, at the field's level."""
     kind = ANY_LEVEL[(field.index - 1) % len(ANY_LEVEL)]
     expected = [one.subs(force, LEVELS[field.level]) for one in (*kind.field, *kind.guards)]
@@ -125,7 +125,7 @@ def at_level(field: Segment, claim: tuple[sp.Expr, ...]) -> bool:
     return len(claim) == len(expected) and all(vanishes(a - b) for a, b in pairs)
 
 
-def _of(field: Segment) -> Iterator[Statement]:
+def _of(field: Linear) -> Iterator[Statement]:
     name, guards = field.name, field.guards
     place = f"cell of {name}"
     yield Statement(
@@ -177,7 +177,7 @@ def items() -> tuple[Statement, ...]:
             "no two cells have a state in common",
             apart,
             {"cells": cells},
-            {"cells": (*cells, Piece("", cells[0].relations[1:]))},
+            {"cells": (*cells, StateSet("", cells[0].relations[1:]))},
         ),
         Statement(
             "cells.cover",

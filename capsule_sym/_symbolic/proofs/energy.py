@@ -21,7 +21,7 @@ from capsule_sym._symbolic.model.model import (
     LEVELS,
     LOAD,
     SEGMENTS,
-    Segment,
+    Linear,
     high,
 )
 from capsule_sym._symbolic.model.symbols import (
@@ -41,7 +41,7 @@ from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 Exchange = Mapping[sp.Symbol, sp.Expr]
 
 
-def energy(field: Segment) -> sp.Expr:
+def energy(field: Linear) -> sp.Expr:
     """Kinetic energy of both bodies, and energy of the springs that act."""
     kinetic = ((v_r + v_c) ** 2 + gamma * v_c**2) / 2
     return kinetic + (x_r**2 + field.region.stiffness * (x_r - field.stop) ** 2) / 2
@@ -52,7 +52,7 @@ def _formulas() -> Mapping[str, sp.Expr]:
     return {one.name: one.results[0][1] for one in formulas()}
 
 
-def power(field: Segment) -> sp.Expr:
+def power(field: Linear) -> sp.Expr:
     """Power of drive and load in a field, less that of damper and friction."""
     known = _formulas()
     drive = known["drive_power"].subs({cos_theta: sp.cos(omega * tau), high: 1 - field.level})
@@ -61,7 +61,7 @@ def power(field: Segment) -> sp.Expr:
     return drive + load - known["damper_power"] - friction * v_c
 
 
-def balances(field: Segment, claim: sp.Expr) -> bool:
+def balances(field: Linear, claim: sp.Expr) -> bool:
     """Check that a power is the rate of energy along a field, at rest of a capsule that rests."""
     stored = energy(field)
     rate = sum(stored.diff(s) * along for s, along in zip(STATE, field.field, strict=True))
@@ -97,7 +97,7 @@ def exchange() -> Exchange | None:
     return found if vanishes(turned + LOAD) else None
 
 
-def _image(field: Segment) -> Segment | None:
+def _image(field: Linear) -> Linear | None:
     """Field of the mirror image of a field's motion; None in contact if there is one stop."""
     sides = {0: 0} if len(MODEL.stops) == 1 else {0: 0, 1: 2, 2: 1}
     if field.contact not in sides:
@@ -107,7 +107,7 @@ def _image(field: Segment) -> Segment | None:
     return SEGMENTS[len(ANY_LEVEL) * level + kind]
 
 
-def mirrors(field: Segment, changes: Exchange, image: Segment) -> bool:
+def mirrors(field: Linear, changes: Exchange, image: Linear) -> bool:
     """Check that the mirror image of a field's motion is one of the other, in a mirrored scene."""
     turned = {one: -one for one in STATE} | {sp.cos(omega * tau): -sp.cos(omega * tau)}
 

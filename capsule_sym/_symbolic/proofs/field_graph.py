@@ -15,7 +15,7 @@ import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation, Sign
 from capsule_sym._symbolic.model.geometry import LINES, PIECES, POINTS, SURFACES
-from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, Segment, segment
+from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, Linear, segment
 from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
 from capsule_sym._symbolic.model.switching import leaves_of, surface_transitions, time_derivative
 from capsule_sym._symbolic.model.symbols import MODEL, PULSED, alpha, force, v_c, v_r, x_r
@@ -27,7 +27,7 @@ Ways = Mapping[int, int]
 Fields = frozenset[int]
 
 
-def _passes(field: Segment, here: tuple[Relation, ...], sense: Sign) -> bool:
+def _passes(field: Linear, here: tuple[Relation, ...], sense: Sign) -> bool:
     """True if a field's motion enters its cell (sense 1) or leaves it (-1).
 
     Each guard is positive, or 0 with a rate of that sign.
@@ -151,7 +151,7 @@ def _edges() -> Iterator[Statement]:
         )
 
 
-def _reached(field: Segment) -> Fields:
+def _reached(field: Linear) -> Fields:
     """Successors of a field at an edge: itself, and from rest any if the drive reacts on Q."""
     alike = (one for one in ANY_LEVEL if one.region == field.region)
     jumps = field.stick and field.pull.has(force)

@@ -24,12 +24,12 @@ from capsule_sym._symbolic.model.model import (
     PULL,
     REACTS,
     SEGMENTS,
-    Segment,
+    Linear,
     friction_of,
     high,
     kappa,
 )
-from capsule_sym._symbolic.model.parts import Region
+from capsule_sym._symbolic.model.parts import SpringRange
 from capsule_sym._symbolic.model.symbols import (
     MODEL,
     PARAMETERS,
@@ -136,13 +136,13 @@ class _Motion:
         return (self.vanishing((claim - expected).subs(forcing)),)
 
 
-def _of(segment: Segment) -> _Motion:
+def _of(segment: Linear) -> _Motion:
     equation = f"Eq. ({segment.index + 6})" if _PAPERS else f"field {segment.name}"
     constants = {**flow.constants(segment), high: sp.Integer(segment.level == 0)}
     return _Motion(segment.name, equation, segment.stick, segment.field, constants)
 
 
-def _general(stick: bool, side: Region | None = None) -> _Motion:
+def _general(stick: bool, side: SpringRange | None = None) -> _Motion:
     """All segments in drift, or all in stick, by `contact`, `drift` and, of pulses, `high`.
 
     With a region, those in it alone, whose contact is a number.
@@ -165,7 +165,7 @@ def _generals() -> Iterator[_Motion]:
         yield from (_general(stick, side) for stick in (False, True))
 
 
-def _flow_proofs(segment: Segment) -> Iterator[Statement]:
+def _flow_proofs(segment: Linear) -> Iterator[Statement]:
     motion, general = _of(segment), _general(segment.stick)
     for state, claim in motion.end.items():
         yield proof(

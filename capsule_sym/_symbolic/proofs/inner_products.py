@@ -15,8 +15,8 @@ from typing import Any
 import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation, Sign
-from capsule_sym._symbolic.model.geometry import CELLS, LINES, PIECES, SURFACES, Piece
-from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Segment
+from capsule_sym._symbolic.model.geometry import CELLS, LINES, PIECES, SURFACES, StateSet
+from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Linear
 from capsule_sym._symbolic.model.proof import consistent, sign_under
 from capsule_sym._symbolic.model.switching import reduced
 from capsule_sym._symbolic.model.symbols import STATE, beta, delta, f_b, v_r, x_r, zeta
@@ -60,7 +60,7 @@ class InnerProduct:
         return sp.Gt(reduced(self.expression, self.relations), 0)
 
 
-def along(function: sp.Expr, field: Segment) -> sp.Expr:
+def along(function: sp.Expr, field: Linear) -> sp.Expr:
     """Inner product of the gradient of a function of the state with a field."""
     pairs = zip(STATE, field.field, strict=True)
     return sp.expand(sum(function.diff(symbol) * rate for symbol, rate in pairs))
@@ -73,13 +73,13 @@ def outward(line: str) -> sp.Expr:
     return reduced(side * along(function, field), PIECES[line].relations)
 
 
-def _adjacent(piece: Piece) -> Iterator[Segment]:
+def _adjacent(piece: StateSet) -> Iterator[Linear]:
     for field, cell in zip(SEGMENTS, CELLS, strict=True):
         if consistent([*piece.relations, *cell.closure.relations]):
             yield field
 
 
-def _normals(piece: Piece, field: Segment) -> Iterator[tuple[str, sp.Expr]]:
+def _normals(piece: StateSet, field: Linear) -> Iterator[tuple[str, sp.Expr]]:
     on_rest = sign_under(P1, piece.relations) == 0
     on_plane = sp.Eq(P2, sp.Symbol("delta", nonnegative=True)) in piece.relations
     if on_rest:
@@ -93,7 +93,7 @@ def _normals(piece: Piece, field: Segment) -> Iterator[tuple[str, sp.Expr]]:
         yield f"∇{name}{'+' if side > 0 else '−'}", side * function
 
 
-def _on(piece: Piece, expression: sp.Expr) -> sp.Expr:
+def _on(piece: StateSet, expression: sp.Expr) -> sp.Expr:
     """Expression with the equations of L1-L4 put in."""
     if piece.name not in STICK_EDGE:
         return expression

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
-from capsule_sym._symbolic.proofs.statement import Report, Result
+from capsule_sym._symbolic.proofs.statement import Finding, Report
 
 LETTERS = {
     **{"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "zeta": "ζ", "omega": "ω"},
@@ -45,12 +45,12 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
         yield f"| {' | '.join(row)} |"
 
 
-def point(result: Result) -> str:
+def point(result: Finding) -> str:
     """Witness of a result in a line."""
     return text("; ".join(f"{name} = {value}" for name, value in result.witness.items()))
 
 
-def _rows(results: Iterable[Result]) -> Iterator[str]:
+def _rows(results: Iterable[Finding]) -> Iterator[str]:
     heads = ("Place", "Statement", "Formula", "Status", "Identifier")
     yield from table(
         heads,
@@ -67,7 +67,7 @@ def _rows(results: Iterable[Result]) -> Iterator[str]:
     )
 
 
-def _proofs(results: Iterable[Result]) -> Iterator[str]:
+def _proofs(results: Iterable[Finding]) -> Iterator[str]:
     """Texts of proofs and witnesses, of the statements that have one."""
     for result in results:
         if result.statement.proof:
@@ -83,7 +83,7 @@ def counts(report: Report) -> str:
     return f"{statuses.total()} statements: {told}.\n"
 
 
-def theorems(results: Sequence[Result]) -> Iterator[str]:
+def theorems(results: Sequence[Finding]) -> Iterator[str]:
     """Lines of a section: a row a statement, with its formula, then the texts of proofs."""
     yield from _rows(results)
     yield ""

@@ -35,7 +35,7 @@ _FOUR = 4 * zeta**2
 
 
 @dataclass(frozen=True)
-class Bound:
+class StickBound:
     """Condition under which stick always ends (side 1) or begins (side -1) on a line.
 
     `reach` is 2 zeta k |v_r| where the range of v_r ends.
@@ -59,10 +59,10 @@ class Bound:
 
 
 BOUNDS = (
-    Bound("L1", +1, f_b - delta),
-    Bound("L4", +1, (1 + beta) * (f_b + delta)),
-    Bound("L2", -1, f_b + delta),
-    Bound("L3", -1, (1 + beta) * (f_b - delta)),
+    StickBound("L1", +1, f_b - delta),
+    StickBound("L4", +1, (1 + beta) * (f_b + delta)),
+    StickBound("L2", -1, f_b + delta),
+    StickBound("L3", -1, (1 + beta) * (f_b - delta)),
 )
 """Appendix A for L1 and L4, and the corresponding bounds on L2 and L3."""
 

@@ -19,9 +19,9 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.enclosure import Flow, first_order
+from capsule_sym._symbolic.model.enclosure import RationalFlow, first_order
 from capsule_sym._symbolic.model.geometry import SCENARIOS
-from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+from capsule_sym._symbolic.model.model import SEGMENTS, Linear
 from capsule_sym._symbolic.model.switching import LocalMap, time_derivative
 from capsule_sym._symbolic.model.symbols import alpha, beta, delta, f_b, gamma, omega, zeta
 
@@ -61,12 +61,12 @@ class Witness:
         return name, self.zeta > 0
 
 
-def _flow(witness: Witness, field: Segment) -> Flow:
+def _flow(witness: Witness, field: Linear) -> RationalFlow:
     start = (*witness.end, *witness.forcing)
-    return Flow(field, witness.parameters, start, sense=-1)
+    return RationalFlow(field, witness.parameters, start, sense=-1)
 
 
-def _departs(witness: Witness, field: Segment) -> bool:
+def _departs(witness: Witness, field: Linear) -> bool:
     """True if the trajectory of a field through the end leaves it into the field's cell."""
     if field.stick and witness.end[2] != 0:
         return False

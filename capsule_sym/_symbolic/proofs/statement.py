@@ -91,7 +91,7 @@ class Statement:
 
 
 @dataclass(frozen=True)
-class Result:
+class Finding:
     """Outcome of a statement: its status, its witness if it has one, and the seconds it took."""
 
     statement: Statement
@@ -105,7 +105,7 @@ class Result:
         return self.status == self.statement.verdict
 
 
-def settle(statement: Statement) -> Result:
+def settle(statement: Statement) -> Finding:
     """Check a statement's claim."""
     start = perf_counter()
     witness: Mapping[str, str] = {}
@@ -115,22 +115,22 @@ def settle(statement: Statement) -> Result:
             witness = statement.witness()
     except Undecided:
         status = "undecided"
-    return Result(statement, status, witness, perf_counter() - start)
+    return Finding(statement, status, witness, perf_counter() - start)
 
 
 Sections = Mapping[str, Callable[[], Iterable[Statement]]]
 """Statements by the title of their section, derived on request."""
-Report = Mapping[str, Sequence[Result]]
+Report = Mapping[str, Sequence[Finding]]
 """Results by section title."""
 
 
 def run(
     chosen: Mapping[str, Iterable[Statement]],
-    advance: Callable[[Result], None] = lambda result: None,
+    advance: Callable[[Finding], None] = lambda result: None,
 ) -> Report:
     """Check statements one by one; `advance` is called with each result."""
 
-    def settled(statement: Statement) -> Result:
+    def settled(statement: Statement) -> Finding:
         result = settle(statement)
         advance(result)
         return result
@@ -163,7 +163,7 @@ def named(
     )
 
 
-def record(result: Result) -> dict[str, Any]:
+def record(result: Finding) -> dict[str, Any]:
     """Result as plain data: id, equation, statement, status, seconds, and the texts of errata."""
     statement = result.statement
     plain: dict[str, Any] = {
@@ -181,7 +181,7 @@ def record(result: Result) -> dict[str, Any]:
     return plain
 
 
-def line(result: Result) -> str:
+def line(result: Finding) -> str:
     """Result as one line: status, seconds, equation, statement."""
     statement = result.statement
     return f"{result.status:<11} {result.seconds:7.2f} s  {statement.equation}: {statement.says}"

@@ -13,7 +13,7 @@ from functools import cache
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.model import ANY_LEVEL, SEGMENTS, Segment
+from capsule_sym._symbolic.model.model import ANY_LEVEL, SEGMENTS, Linear
 from capsule_sym._symbolic.model.symbols import MODEL, PULSES, STATE, h, omega, tau, v_c, x_r
 from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 
@@ -25,8 +25,8 @@ _IDENTITY = Matrix.eye(3)
 class Switch:
     """A switch of a motion from one field to another where a guard vanishes."""
 
-    before: Segment
-    after: Segment
+    before: Linear
+    after: Linear
     guard: sp.Expr
 
     def derivative(self, column: sp.Symbol) -> sp.Matrix:

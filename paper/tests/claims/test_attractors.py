@@ -17,8 +17,8 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.passage.exchanges import hull
-from capsule_sym._enclosures.passage.guards import Watch
-from capsule_sym._enclosures.passage.segments import Passage, Step
+from capsule_sym._enclosures.passage.guards import Signs
+from capsule_sym._enclosures.passage.segments import Leg, Passage
 from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.proofs.statement import Statement, settle
 from paper.claims import captions, section_4
@@ -45,7 +45,7 @@ POINT = point(read(), "1.64")
 bits = precise(256)
 
 
-def turn(at: Point) -> tuple[Passage, Matrix, list[Step], object]:
+def turn(at: Point) -> tuple[Passage, Matrix, list[Leg], object]:
     """The map of one period near the orbit at a point: fields, state on it, segments and period."""
     run = simulate(Parameters(**{k: float(v) for k, v in at.numbers}), periods=200)
     state = matrix(3, 1, ((i, 0, ball(x)) for i, x in enumerate(run.stroboscopic[-2])))
@@ -73,7 +73,7 @@ def test_derivative_of_a_period_against_differences() -> None:
 def test_guards_are_kept_for_one_field_only() -> None:
     """F2 moves alike whatever the gap is; its guards do not."""
     values = {name: ball(text) for name, text in POINT.numbers}
-    watch, here = Watch(), Field(2, values)
+    watch, here = Signs(), Field(2, values)
     line = watch.line(here, 1)
     assert watch.line(here, 1) is line
     assert watch.line(Field(2, values | {"delta": ball("0.5")}), 1) is not line

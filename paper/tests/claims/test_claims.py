@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from capsule_sym import InvalidInput
 from capsule_sym._symbolic.proofs.appendices import PRINTED_BOUNDS, PRINTED_PARTS
 from capsule_sym._symbolic.proofs.markdown import math
-from capsule_sym._symbolic.proofs.statement import Result, Statement, settle
+from capsule_sym._symbolic.proofs.statement import Finding, Statement, settle
 from paper.claims import captions, everything, frozen, report, section_4
 from paper.claims.errata import same_formula
 from paper.claims.report import markdown
@@ -101,14 +101,14 @@ def test_a_printed_statement_is_shown_once_and_in_mathematics(
     same = Statement(
         "one", "Eq. (6)", "where |P| > f_b it is F1", bool, {}, {}, printed="v_c' == 2*zeta*P3"
     )
-    results = tuple(Result(item, "proved", {}, 0.0) for item in (same, replace(same, name="two")))
+    results = tuple(Finding(item, "proved", {}, 0.0) for item in (same, replace(same, name="two")))
     document = markdown({"Some": results})
     assert document.count("### 1–2. Eq. (6): proved") == 1
     assert document.count(r"- **Printed:** $v_c' = 2 \zeta  P_{3}$") == 1
     assert document.count(r": where $\vert P\vert  > f_b$ it is F1") == 2
     other = (
         *results,
-        Result(replace(same, name="three", printed="O1 is the end of L9"), "proved", {}, 0.0),
+        Finding(replace(same, name="three", printed="O1 is the end of L9"), "proved", {}, 0.0),
     )
     assert "- `three`, 0.00 s: O1 is the end of L9" in markdown({"Some": other})
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym._symbolic.proofs.statement import Result, settle
+from capsule_sym._symbolic.proofs.statement import Finding, settle
 from paper.claims import everything, frozen
 from paper.claims.frozen import Expected, differences
 from paper.printed import read
@@ -17,7 +17,7 @@ _SOME = ("printed.normal", "printed.figure.3", "printed.equation.16", "erratum.e
 
 
 @cache
-def results() -> dict[str, Result]:
+def results() -> dict[str, Finding]:
     some = (i for i in everything.statements(read()) if i.name.startswith(_SOME))
     return {item.name: settle(item) for item in some}
 
@@ -26,7 +26,7 @@ def test_unchanged_results_do_not_differ() -> None:
     assert not list(differences([*results().values()], frozen.expected(), whole=False))
 
 
-def _with(result: Result, **changes: object) -> list[str]:
+def _with(result: Finding, **changes: object) -> list[str]:
     item = replace(result.statement, **{k: v for k, v in changes.items() if k != "status"})
     status = changes.get("status", result.status)
     other = replace(result, statement=item, status=status)

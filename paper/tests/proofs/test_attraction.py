@@ -12,7 +12,7 @@ from flint import arb_mat
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, floats, symmetric, thin
-from capsule_sym._enclosures.passage.segments import Step
+from capsule_sym._enclosures.passage.segments import Leg
 from capsule_sym._map.expansion import Guard
 from paper.proofs import attraction
 from paper.proofs.attraction import (
@@ -64,8 +64,8 @@ class Turn(Motions):
             0, line, there, sides, farthest(there, line, inverse) / (1 - factor)
         )
 
-    def steps(self, section: int) -> list[Step]:
-        return [Step(self.field, 1.0, Guard.GAP), Step(self.field, 1.0, None)]
+    def steps(self, section: int) -> list[Leg]:
+        return [Leg(self.field, 1.0, Guard.GAP), Leg(self.field, 1.0, None)]
 
     def passed(self, bundle: Bundle, section: int) -> tuple[Bundle, arb_mat]:
         moved = self.L @ bundle[:3]

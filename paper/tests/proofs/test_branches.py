@@ -11,9 +11,9 @@ import pytest
 
 from capsule_sym import Orbit, Parameters, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, precision, symmetric
-from capsule_sym._enclosures.orbits.events import Event
+from capsule_sym._enclosures.orbits.events import Proved
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
-from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.passage.guards import Signs
 from paper.proofs import branches, steady
 from paper.proofs.branches import Box, glue, march
 from paper.proofs.case import EXACT
@@ -32,11 +32,11 @@ def found() -> Any:
 
 
 @pytest.fixture(scope="module")
-def event(found: Any) -> Event:
+def event(found: Any) -> Proved:
     return threshold(found[0], VALUES)
 
 
-def test_an_interval_ends_at_a_bifurcation_of_its_own_itinerary(event: Event) -> None:
+def test_an_interval_ends_at_a_bifurcation_of_its_own_itinerary(event: Proved) -> None:
     orbit, ends = orbit_at(0.7), (ball("0.7"), ball("0.8"))
     with pytest.raises(Unproved, match="no side of adding-sliding has the itinerary F5"):
         next(prove_intervals([event], orbit, VALUES, *ends))
@@ -58,7 +58,7 @@ def boxes() -> list[Box]:
         shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), VALUES)
         at = shooting.parameter("alpha")
         ends = 0.7, 0.702
-        return [*march(shooting, guess_of(shooting, orbit), at, *ends, step=1e-3, watch=Watch())]
+        return [*march(shooting, guess_of(shooting, orbit), at, *ends, step=1e-3, watch=Signs())]
 
 
 def shifted(box: Box) -> Box:
@@ -82,9 +82,9 @@ def test_a_branch_goes_on_from_its_box_alone(
     tube, shooting = second.tube, second.tube.shooting
     given = shooting, tube.centre, second.column, second.begin, second.end
     monkeypatch.setattr(branches, "_LEAST", 0.1)
-    assert [*march(*given, step=1e-3, watch=Watch(), before=first)]
+    assert [*march(*given, step=1e-3, watch=Signs(), before=first)]
     with pytest.raises(Unproved, match="gluing"):
-        [*march(*given, step=1e-3, watch=Watch(), before=shifted(first))]
+        [*march(*given, step=1e-3, watch=Signs(), before=shifted(first))]
 
 
 def test_a_box_has_both_of_its_ends(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,7 +40,7 @@ def test_a_zero_of_the_equations_that_is_no_motion_is_rejected() -> None:
     given = orbit(0.003)
     forged = {**given, "states": [[*texts, given["states"][0][2]]]}
     forged["parameters"] = {**given["parameters"], "alpha": "0.3"}
-    checker.Motion(forged).enclose()
+    checker.Equations(forged).enclose()
     assert rejected(forged)
     with pytest.raises(checker.Rejected, match="a guard"):
         checker.check_certificate(forged)
@@ -64,7 +64,7 @@ def test_the_remainder_of_a_guard_counts() -> None:
 @pytest.mark.parametrize("wide", ["angle", "duration"])
 def test_a_box_in_which_derivatives_change_is_not_proved(wide: str) -> None:
     """Wide in one number, with the others narrower than its square."""
-    motion = checker.Motion(orbit(1.2))
+    motion = checker.Equations(orbit(1.2))
     motion.radius = [arb("1e-20")] * len(motion.radius)
     motion.enclose()
     motion.radius[4 * motion.n - (wide == "duration")] = arb("1e-6")
@@ -92,7 +92,7 @@ def test_the_product_of_multipliers_is_a_condition_of_its_own(sign: int) -> None
 
 
 def test_the_monodromy_matrix_has_the_multipliers_of_the_orbit() -> None:
-    motion = checker.Motion(orbit(1.2))
+    motion = checker.Equations(orbit(1.2))
     turn = motion.monodromy(motion.enclose())
     values = floquet_multipliers(solve_orbit(Parameters(alpha=1.2)))
     assert float(turn.trace()) == pytest.approx(float(np.sum(values).real), abs=1e-9)

@@ -15,7 +15,7 @@ from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, floats, m
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.orbits.events import beyond
 from capsule_sym._enclosures.orbits.krawczyk import Tube, newton
-from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.passage.guards import Signs
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from paper.proofs import curve_patches, curve_sides, patch_orbits, patches
 from paper.proofs.case import ALPHA, GAMMA
@@ -339,7 +339,7 @@ def test_the_short_segment_is_watched_up_to_its_longest_duration(
     side, seen = request.getfixturevalue(name).with_segment(), {}
     found = side.enclose()
     side._found, side._rates = found, side.rates(found)
-    monkeypatch.setattr(Watch, "segment", lambda self, *given: seen.update({given[5]: given[3]}))
+    monkeypatch.setattr(Signs, "segment", lambda self, *given: seen.update({given[5]: given[3]}))
     side.admissible(found)
     assert len(seen) == len(found.nodes)
     (longest,) = (h for text, h in seen.items() if text.startswith(f"segment {side.segment + 1},"))
@@ -352,12 +352,12 @@ def test_guards_that_vanish_on_the_curve_are_proved_beside_it(
     name: str, way: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     side = request.getfixturevalue(name).with_segment()
-    monkeypatch.setattr(Watch, "segment", lambda *_: None)
+    monkeypatch.setattr(Signs, "segment", lambda *_: None)
     side.prove_side()
     if way == "_grows":
         monkeypatch.setattr(WithSegment, way, refused)
     else:
-        monkeypatch.setattr(Watch, way, lambda *_: False)
+        monkeypatch.setattr(Signs, way, lambda *_: False)
     with pytest.raises(Unproved, match="told" if way == "_grows" else "not proved positive along"):
         side.prove_side()
 
@@ -369,10 +369,10 @@ def test_what_is_left_apart_is_watched_from_both_ends(
     side, reaches = touch.with_segment(), []
     found = side.enclose()
     side._found, side._rates = found, side.rates(found)
-    monkeypatch.setattr(Watch, "segment", lambda *_: None)
+    monkeypatch.setattr(Signs, "segment", lambda *_: None)
     for way in ("pieces", "rising"):
         monkeypatch.setattr(
-            Watch, way, lambda self, field, sense, *given: bool(reaches.append((sense, given)) or 1)
+            Signs, way, lambda self, field, sense, *given: bool(reaches.append((sense, given)) or 1)
         )
     side.admissible(found)
     # The force margin before the slip and after it, forwards and backwards.
@@ -452,10 +452,10 @@ def test_the_guard_that_fails_is_proved_along_its_segment(
 ) -> None:
     curve = request.getfixturevalue(name)
     orbits, at = curve.without(), curve.event.hull()[curve.event.shooting.parameter("alpha")]
-    monkeypatch.setattr(Watch, "segment", lambda *_: None)
+    monkeypatch.setattr(Signs, "segment", lambda *_: None)
     monkeypatch.setattr(curve_sides, "_WINDOWS", (0.1,))
     seen: list[Any] = []
-    monkeypatch.setattr(Watch, "pieces", lambda *given: bool(seen.append(given[1:]) or True))
+    monkeypatch.setattr(Signs, "pieces", lambda *given: bool(seen.append(given[1:]) or True))
     orbits.prove_side(at, at, side)
     assert len(seen) == pieces
     (_, *_, low, _), (_, _, _, order, slopes, wide, _), (*_, rest, _) = seen
@@ -471,11 +471,11 @@ def test_the_guard_that_fails_is_proved_along_its_segment(
         return lambda *given: (given[2], given[5].ncols() == 1) != kind
 
     for number in range(pieces):
-        monkeypatch.setattr(Watch, "pieces", refuses(number))
+        monkeypatch.setattr(Signs, "pieces", refuses(number))
         with pytest.raises(Unproved, match="not proved positive along"):
             orbits.prove_side(at, at, side)
     monkeypatch.setattr(curve_sides, "_WINDOWS", (5.0,))
-    monkeypatch.setattr(Watch, "pieces", lambda *_: True)
+    monkeypatch.setattr(Signs, "pieces", lambda *_: True)
     with pytest.raises(Unproved, match="not proved positive along"):
         orbits.prove_side(at, at, side)
 
@@ -487,8 +487,8 @@ def test_all_other_guards_are_watched(
     curve = request.getfixturevalue(name)
     orbits, at = curve.without(), curve.event.hull()[curve.event.shooting.parameter("alpha")]
     seen: list[Any] = []
-    monkeypatch.setattr(Watch, "segment", lambda self, *given: seen.append(given))
-    monkeypatch.setattr(Watch, "pieces", lambda *_: True)
+    monkeypatch.setattr(Signs, "segment", lambda self, *given: seen.append(given))
+    monkeypatch.setattr(Signs, "pieces", lambda *_: True)
     orbits.prove_side(at, at, side)
     failing, guard = orbits._fails
     apart = [given[6] for given in seen]

@@ -30,7 +30,7 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.passage import exchanges
-from capsule_sym._enclosures.passage.segments import Step
+from capsule_sym._enclosures.passage.segments import Leg
 from capsule_sym._enclosures.passage.switches import guard_row
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -121,7 +121,7 @@ def one_switch(place: Sequence[float]) -> tuple[passage.Bundle, float, np.ndarra
         row = floats(guard_row(field, Guard.GAP))[0]
         at = np.array([1.0, *place] + [0.0] * (start.shape[1] - 3))
         h = brentq(lambda h: row @ flowed(field, start, at, h), 0.0, 2.0, xtol=1e-15)
-        switch = fields._switch(field, thin(start), Step(1, h, Guard.GAP), "F1")
+        switch = fields._switch(field, thin(start), Leg(1, h, Guard.GAP), "F1")
         return (
             passage.rounded(exchanges.shifted(field, *switch[1:])),
             h,

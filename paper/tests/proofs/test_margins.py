@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from capsule_sym._enclosures.numbers.balls import ball, floats, precision, symmetric, thin
 from capsule_sym._enclosures.numbers.fields import SIZE, Field
-from capsule_sym._enclosures.passage.guards import Line, Watch
+from capsule_sym._enclosures.passage.guards import Line, Signs
 from paper.proofs import margins
 from paper.proofs.case import EXACT
 from paper.proofs.margins import QuickWatch
@@ -110,7 +110,7 @@ def test_a_field_at_other_parameters_has_a_table_of_its_own() -> None:
 def test_short_and_unbounded_segments_are_left_to_balls(
     longest: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Watch, "_guard", lambda *_: "balls")
+    monkeypatch.setattr(Signs, "_guard", lambda *_: "balls")
     form = thin(np.ones((SIZE, 2)))
     assert QuickWatch()._guard(field(2), 1, 0, 0, form, form, longest) == "balls"
 
@@ -153,7 +153,7 @@ def test_all_of_a_segment_is_watched(
 
     monkeypatch.setattr(margins._Table, "positive", positive)
     monkeypatch.setattr(QuickWatch, "pieces", pieces)
-    monkeypatch.setattr(Watch, "_guard", lambda *_: "balls")
+    monkeypatch.setattr(Signs, "_guard", lambda *_: "balls")
     start, end, one = thin(np.full((SIZE, 2), 3.0)), thin(np.full((SIZE, 2), 5.0)), field(2)
 
     def watched() -> object:

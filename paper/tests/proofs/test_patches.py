@@ -11,7 +11,7 @@ import pytest
 from capsule_sym import Parameters, solve_itinerary, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
-from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.passage.guards import Signs
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from paper.proofs import patch_orbits
 from paper.proofs.case import EXACT
@@ -78,7 +78,7 @@ def test_guards_are_those_of_all_durations_states_and_mass_ratios(
     radii = (1e-3, 1e-2)
     patch, _ = patch_at(1.2, 3.3, radii)
     found, seen = patch.enclose(), []
-    monkeypatch.setattr(Watch, "segment", lambda self, *given: seen.append(given))
+    monkeypatch.setattr(Signs, "segment", lambda self, *given: seen.append(given))
     patch.admissible(found)
     assert len(seen) == len(found.nodes)
     for (field, start, end, h, _, _), node, duration in zip(
@@ -100,12 +100,12 @@ def test_a_patch_is_admissible_only_if_all_of_its_parts_are(
     found, refused = patch.enclose(), (3.3 + 1e-2, 3.3 - 1e-2)
 
     def fails_at(gamma: float) -> None:
-        def segment(self: Watch, field: Any, *_: object) -> None:
+        def segment(self: Signs, field: Any, *_: object) -> None:
             values = field._values["gamma"]
             if values.contains(arb(gamma)) and not field.stick:
                 raise Unproved("guards", "at an edge")
 
-        monkeypatch.setattr(Watch, "segment", segment)
+        monkeypatch.setattr(Signs, "segment", segment)
 
     for gamma in (*refused, 3.3):
         fails_at(gamma * (1 - 1e-9) if gamma > 3.3 else gamma * (1 + 1e-9))

@@ -20,9 +20,9 @@ from capsule_sym._enclosures.numbers.balls import (
     ball,
     precision,
 )
-from capsule_sym._enclosures.orbits.events import Event
+from capsule_sym._enclosures.orbits.events import Proved
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
-from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.passage.guards import Signs
 from capsule_sym._symbolic.model.symbols import omega
 from paper.claims.resting import GRAZE, resting_orbit
 from paper.proofs.attraction import tendency
@@ -48,7 +48,7 @@ def test_neighbouring_boxes_are_one_orbit_and_a_shifted_one_is_not() -> None:
     shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), EXACT)
     at = shooting.parameter("alpha")
     guess = guess_of(shooting, orbit)
-    boxes = list(march(shooting, guess, at, 0.7, 0.703, step=1e-3, watch=Watch()))
+    boxes = list(march(shooting, guess, at, 0.7, 0.703, step=1e-3, watch=Signs()))
     assert boxes[-1].end == 0.703
     glue(boxes[0], boxes[1])
     tube = boxes[1].tube
@@ -63,12 +63,12 @@ def found() -> tuple[tuple[Bifurcation, ...], Orbit]:
 
 
 @pytest.fixture(scope="module")
-def events(found: tuple[tuple[Bifurcation, ...], Orbit]) -> list[Event]:
+def events(found: tuple[tuple[Bifurcation, ...], Orbit]) -> list[Proved]:
     return [threshold(one, EXACT | {"gamma": "3.3"}) for one in found[0]]
 
 
 @pytest.mark.long
-def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> None:
+def test_first_threshold_is_the_graze_in_closed_form(events: list[Proved]) -> None:
     values = {symbol: sp.Rational(EXACT[str(symbol)]) for symbol in GRAZE.free_symbols}
     with precision(320):
         square = ball(Fraction(str((GRAZE**2).subs(values))))
@@ -84,7 +84,7 @@ def test_the_force_of_the_graze_is_checked_too() -> None:
     assert not closed.check(**{**closed.claim, "force_squared": force.subs(omega, 1)})
 
 
-def test_first_interval_is_proved_up_to_its_threshold(found, events: list[Event]) -> None:
+def test_first_interval_is_proved_up_to_its_threshold(found, events: list[Proved]) -> None:
     _, start = found
     first = ball(Fraction(1, 1000))
     one = next(prove_intervals(events, start, EXACT | {"gamma": "3.3"}, first, ball(2)))

@@ -20,7 +20,7 @@ from capsule_sym._enclosures.numbers.balls import (
     thin,
 )
 from capsule_sym._enclosures.numbers.fields import SIZE, Field
-from capsule_sym._enclosures.passage.segments import Step
+from capsule_sym._enclosures.passage.segments import Leg
 from capsule_sym._enclosures.passage.switches import pin, saltation, three
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -94,7 +94,7 @@ def test_a_direction_of_a_stick_is_at_rest_too() -> None:
     fields = passage(0.005)
     start = fields.start(arb_mat([[0, 0], [arb("0.001"), 0], [0, arb("1e-9")]]), arb(0.5))
     with pytest.raises(Unproved, match="does not begin at rest"):
-        [*fields.segments(start, [Step(2, 1.0, None)], arb(1))]
+        [*fields.segments(start, [Leg(2, 1.0, None)], arb(1))]
 
 
 def test_a_start_has_the_directions_of_alpha() -> None:

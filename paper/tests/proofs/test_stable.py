@@ -10,7 +10,7 @@ from flint import arb_mat
 from capsule_sym import Parameters, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Unproved, ball
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
-from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.passage.guards import Signs
 from paper.proofs import stable as module
 from paper.proofs.case import EXACT
 from tests.enclosures.case import precise
@@ -46,7 +46,7 @@ def test_an_orbit_is_proved_with_guards_and_stability(monkeypatch: pytest.Monkey
     def fails(*_: object) -> None:
         raise Unproved("told", "so")
 
-    for owner, name in ((Watch, "segment"), (module, "prove_stable")):
+    for owner, name in ((Signs, "segment"), (module, "prove_stable")):
         with monkeypatch.context() as patch:
             patch.setattr(owner, name, fails)
             with pytest.raises(Unproved, match="told: so"):

@@ -13,7 +13,7 @@ from scipy.linalg import expm
 from capsule_sym import Parameters, simulate
 from capsule_sym._enclosures.numbers.balls import Matrix, arb, ball, floats, thin
 from capsule_sym._enclosures.numbers.fields import Field
-from capsule_sym._enclosures.passage.segments import Step
+from capsule_sym._enclosures.passage.segments import Leg
 from capsule_sym._map.expansion import Guard
 from paper.proofs import windows
 from paper.proofs.segments import Bundle, Interval, Passage
@@ -189,7 +189,7 @@ def test_differences_go_on_after_the_last_window() -> None:
     turn = 2 * arb.pi() / values["omega"]
     state = run([float(turn.mid()) * 290])[0]
     bundle = passage.section(thin(np.column_stack([state, np.zeros(3)])), arb(0))
-    steps = [Step(2, float(turn.mid()), None)]
+    steps = [Leg(2, float(turn.mid()), None)]
     window = Window(0.5, 1 / 32, Guard.UPPER)
     _, by = Soft(passage)._through(bundle, steps, [window], turn, (arb(0), arb(0)))
     true = flow(2, float(turn.mid()))

@@ -22,7 +22,7 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.passage.guards import Line
-from capsule_sym._enclosures.passage.segments import Step
+from capsule_sym._enclosures.passage.segments import Leg
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from paper.proofs import touches, windows
@@ -303,13 +303,13 @@ def test_a_window_far_from_touches_changes_nothing() -> None:
 
 
 def test_a_brief_segment_is_left_out() -> None:
-    steps = [Step(2, 1.0, Guard.GAP), Step(5, 0.5, Guard.UPPER), Step(4, 0.25, Guard.DRIFT)]
-    steps += [Step(5, 0.125, Guard.GAP), Step(2, 2.0, None)]
-    kept = [Step(2, 1.0, Guard.GAP), Step(5, 0.875, Guard.GAP), Step(2, 2.0, None)]
+    steps = [Leg(2, 1.0, Guard.GAP), Leg(5, 0.5, Guard.UPPER), Leg(4, 0.25, Guard.DRIFT)]
+    steps += [Leg(5, 0.125, Guard.GAP), Leg(2, 2.0, None)]
+    kept = [Leg(2, 1.0, Guard.GAP), Leg(5, 0.875, Guard.GAP), Leg(2, 2.0, None)]
     assert touches.merged(steps) == kept
     ahead, left = touches._cut(kept, 1.5)
-    assert ahead == [kept[0], Step(5, 0.5, None)]
-    assert left == [Step(5, 0.375, Guard.GAP), kept[2]]
+    assert ahead == [kept[0], Leg(5, 0.5, None)]
+    assert left == [Leg(5, 0.375, Guard.GAP), kept[2]]
 
 
 @pytest.mark.parametrize("guard", [Guard.UPPER, Guard.LOWER])

@@ -20,12 +20,12 @@ from capsule_sym._orbits.continuation.families.family import (
     Event,
     Family,
     SmoothEvent,
-    State,
+    Spot,
     Step,
     Stop,
 )
-from capsule_sym._orbits.continuation.families.stepping import Continuation, Run, keeps_images
-from capsule_sym._orbits.continuation.parameter_paths import Axis
+from capsule_sym._orbits.continuation.families.stepping import Continuation, PathRun, keeps_images
+from capsule_sym._orbits.continuation.parameter_paths import PathAxis
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import (
     Bifurcation,
@@ -81,7 +81,7 @@ class Branch(Labelled):
     units to which others are tied.
     """
 
-    axis: Axis
+    axis: PathAxis
     points: tuple[BranchPoint, ...]
     bifurcations: tuple[Bifurcation, ...]
     status: Ending
@@ -144,7 +144,7 @@ class Branch(Labelled):
         return brief(self, text, f"in {self.parameter} from {ends}")
 
 
-class BranchRun(Run):
+class BranchRun(PathRun):
     """Computation of one branch."""
 
     def __init__(self, continuation: Continuation, points: int, origin: str = "") -> None:
@@ -159,7 +159,7 @@ class BranchRun(Run):
         The branch may begin beside a point; `smooth` are the smooth bifurcations between.
         """
 
-        def begin() -> State:
+        def begin() -> Spot:
             state = self.continuation.state(u, along)
             for one in smooth:
                 self.record_smooth(one)
@@ -172,7 +172,7 @@ class BranchRun(Run):
     def _value(self, orbit: Orbit) -> float:
         return self.axis.value(orbit.values)
 
-    def add(self, state: State) -> None:
+    def add(self, state: Spot) -> None:
         tightest = self.continuation.tightest(state)
         if self.axis.path.ties:
             _ = state.orbit.parameters  # raises InvalidInput for parameters that are not allowed
@@ -180,7 +180,7 @@ class BranchRun(Run):
         self.points.append(BranchPoint(self._value(orbit), orbit, tightest))
         self._check_drift(orbit)
 
-    def reach_border(self, state: State) -> None:
+    def reach_border(self, state: Spot) -> None:
         ending = Ending.REACHED
         if state.u[-1] < 0.5 and self.first.u[-1] < self.problem.settings.neighbour_step:
             # The branch returns to the start: beyond a fold, or with the halves of a doubled orbit
@@ -190,7 +190,7 @@ class BranchRun(Run):
             ending = Ending.RETURNED if returned else Ending.TURNED_BACK
         raise Stop(ending, self.problem.where(state.orbit))
 
-    def check(self, old: State, step: Step) -> None:
+    def check(self, old: Spot, step: Step) -> None:
         """Raises Stop if the halves of an orbit have become equal, or mirror images."""
         new, found = step.state, None
         if step.event is None:
@@ -213,9 +213,9 @@ class BranchRun(Run):
 
     def _record(
         self,
-        old: State,
-        new: State,
-        beyond: State | None,
+        old: Spot,
+        new: Spot,
+        beyond: Spot | None,
         found: EventSolution,
         solved: bool = True,
         **fields: Any,
@@ -238,7 +238,7 @@ class BranchRun(Run):
         self.bifurcations.append(located)
 
     def record_event(
-        self, event: Event, old: State, new: State, beyond: State | None, failed: str
+        self, event: Event, old: Spot, new: Spot, beyond: Spot | None, failed: str
     ) -> Orbit:
         found, segment = event.solution, event.segment
         what = kinds.place(found.orbit, segment)._asdict()
@@ -247,7 +247,7 @@ class BranchRun(Run):
         self._check_drift(found.orbit, segment)
         return found.orbit
 
-    def failure(self, state: State) -> str:
+    def failure(self, state: Spot) -> str:
         return failure_of(state)
 
     def _check_drift(self, orbit: Orbit, segment: int | None = None) -> None:
@@ -261,7 +261,7 @@ class BranchRun(Run):
             raise Stop(Ending.DRAGGED, f"{reached}: {self.problem.where(orbit)}")
 
 
-def _symmetry(old: State, itinerary: Itinerary, beyond: State | None) -> str:
+def _symmetry(old: Spot, itinerary: Itinerary, beyond: Spot | None) -> str:
     """Mirror symmetry at an event between two states."""
     if itinerary.mirrored:
         return KEPT
@@ -280,7 +280,7 @@ def labelled(found: Sequence[Bifurcation]) -> tuple[Bifurcation, ...]:
     return tuple(result)
 
 
-def failure_of(state: State) -> str:
+def failure_of(state: Spot) -> str:
     """Reason why a state beyond an event is not admissible; empty if it is."""
     itinerary = state.orbit.itinerary
     failed = [one.named(itinerary) for one in state.held if one.value <= 0]

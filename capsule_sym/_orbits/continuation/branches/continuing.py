@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import check_count
+from capsule_sym._map.checks import check_count, checked_ends
 from capsule_sym._orbits.continuation.branches.branch import (
     Branch,
     BranchPoint,
@@ -23,20 +23,20 @@ from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
     Ending,
     Problem,
-    State,
+    Spot,
     Stop,
 )
 from capsule_sym._orbits.continuation.families.stepping import (
     Continuation,
-    Start,
+    Restart,
     doubled_starts,
     first_half,
     vanishing,
 )
 from capsule_sym._orbits.continuation.parameter_paths import (
-    Axis,
     Function,
     ParameterPath,
+    PathAxis,
     chosen_path,
     parameter_path,
 )
@@ -236,13 +236,13 @@ def _begin(problem: Problem, orbit: Orbit) -> tuple[Continuation, Vector]:
     return continuation, continuation.unknowns(start)
 
 
-def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
+def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> PathAxis:
     """Axis from an orbit on a path to a value of the varied parameter; raises InvalidInput."""
     if not math.isfinite(to):
         raise InvalidInput(path.name, to, "finite")
     if path.name in path.names:
         orbit.parameters.replace(**{path.name: to})
-    axis = Axis(path, float(path.value(orbit.values)), float(to))
+    axis = PathAxis(path, float(path.value(orbit.values)), float(to))
     if axis.begin == axis.end:
         raise InvalidInput("to", axis.end, f"other than {axis.begin}, the branch's start")
     axis.check(orbit.parameters, orbit.values)
@@ -251,14 +251,11 @@ def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
 
 def _axis_within(
     orbit: Orbit, parameter: str, ends: Sequence[float], ties: Mapping[str, Function | str] | None
-) -> Axis:
+) -> PathAxis:
     """Axis of a parameter between ends around an orbit; raises InvalidInput."""
     path = parameter_path(parameter, ties, orbit.scene)
-    try:
-        low, high = map(float, ends)
-    except (TypeError, ValueError):
-        raise InvalidInput("ends", ends, "two numbers, low and high") from None
-    axis, value = Axis(path, low, high), float(path.value(orbit.values))
+    low, high = checked_ends("ends", ends)
+    axis, value = PathAxis(path, low, high), float(path.value(orbit.values))
     for end in (low, high) if path.name in path.names else ():
         orbit.parameters.replace(**{path.name: end})
     axis.check(orbit.parameters, orbit.values)
@@ -270,7 +267,7 @@ def _axis_within(
 class _ClosingRun(BranchRun):
     """A run that stops when it returns to its first orbit."""
 
-    def add(self, state: State) -> None:
+    def add(self, state: Spot) -> None:
         super().add(state)
         mark, before = self.first.u[-1], self.last
         if before is None or not (before.u[-1] - mark) * (state.u[-1] - mark) < 0:
@@ -279,7 +276,7 @@ class _ClosingRun(BranchRun):
         if orbit is not None and same(orbit, self.points[0].orbit):
             raise Stop(Ending.RETURNED, self.problem.where(orbit))
 
-    def _orbit_at_start(self, before: State, after: State) -> Orbit | None:
+    def _orbit_at_start(self, before: Spot, after: Spot) -> Orbit | None:
         """Orbit between two neighbours at the start value of the run; None if there is none."""
         mark = self.first.u[-1]
         for state, other in ((before, after), (after, before)):
@@ -397,8 +394,7 @@ def continue_from(
         both = zip(ahead, names, strict=True)
         found = [_followed(start, points, name) for start, name in both]
         if not starts:
-            allowed = f"a point from which a branch in {path.name} starts"
-            raise InvalidInput("label", label, f"{allowed}")
+            raise InvalidInput("label", label, f"a point from which a branch in {path.name} starts")
         if not found:
             side = f"{'below' if to > axis.begin else 'above'} {axis.begin}"
             raise InvalidInput("to", to, f"{side}: no branch starts at {label} that way")
@@ -406,7 +402,7 @@ def continue_from(
     return (Branch(axis, (), (), *OUT_OF_TIME, label),)
 
 
-def _followed(start: Start, points: int, origin: str) -> Branch:
+def _followed(start: Restart, points: int, origin: str) -> Branch:
     run = BranchRun(start.continuation, points, origin)
     return run.go(start.state.u, start.state.tangent, start.smooth)
 
@@ -522,7 +518,7 @@ def _arrival(new: Branch, branch: Branch) -> Bifurcation | None:
     return next((one for one in doublings if same(one.orbit, end)), None)
 
 
-def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start]:
+def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Restart]:
     """Admissible states beside a point, on all sides."""
     found = list(_sides(problem, point))
     if isinstance(point, Bifurcation) and point.type == PERIOD_DOUBLING:
@@ -535,7 +531,7 @@ def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Sta
             yield start._replace(state=start.continuation.symmetric(start.state))
 
 
-def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start | None]:
+def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Restart | None]:
     """States on both sides of a point, of one itinerary or two; None on a side without a state."""
     orbit, segment = point.orbit, point.segment if isinstance(point, Bifurcation) else None
     if segment is None:
@@ -556,7 +552,7 @@ def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start
         yield Continuation(problem, orbit).cross(vanishing(orbit, segment))
 
 
-def _doubled(problem: Problem, orbit: Orbit, side: int = 1) -> Start | None:
+def _doubled(problem: Problem, orbit: Orbit, side: int = 1) -> Restart | None:
     """State on the branch of doubled orbits, beside the orbit at its period doubling.
 
     For half an orbit at a symmetry breaking: the state on the branch of one `side`.

@@ -15,17 +15,17 @@ from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
     Ending,
     Problem,
-    State,
+    Spot,
     Stop,
 )
 from capsule_sym._orbits.continuation.families.stepping import (
     Continuation,
-    Start,
+    Restart,
     doubled_starts,
     keeps_images,
     vanishing,
 )
-from capsule_sym._orbits.continuation.parameter_paths import Axis, ParameterPath
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath, PathAxis
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CodimensionTwoPoint
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
@@ -243,7 +243,7 @@ def _scene(curve: Curve) -> Scene:
     return next((one.orbit.scene for one in (*curve.codimension_two, *curve.points)), CAPSULE)
 
 
-def _axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[Axis, ...]:
+def _axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[PathAxis, ...]:
     """Axes of two parameters with a point within their ranges; raises InvalidInput."""
     check(orbit.parameters, names, ranges)
     axes = []
@@ -253,20 +253,20 @@ def _axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[Axis, .
             raise InvalidInput(
                 name, (low, high), f"an ascending range that contains {float(value)!r}"
             )
-        axes.append(Axis(ParameterPath(name, scene=orbit.scene), float(low), float(high)))
+        axes.append(PathAxis(ParameterPath(name, scene=orbit.scene), float(low), float(high)))
     return tuple(axes)
 
 
-def _both_ways(problem: Problem, orbit: Orbit, kind: str, segment: int | None) -> list[Start]:
+def _both_ways(problem: Problem, orbit: Orbit, kind: str, segment: int | None) -> list[Restart]:
     """Starts of both halves at an orbit; on the first the second parameter decreases."""
     critical = kind if kind in kinds.SMOOTH else None
     both = [Continuation(problem, orbit, segment, critical) for _ in range(2)]
     u = both[0].unknowns(orbit)
     ways = sorted(both[0].directions(u), key=lambda way: float(way[-1]) > 0)
-    return [Start(one, one.state(u, way)) for one, way in zip(both, ways, strict=True)]
+    return [Restart(one, one.state(u, way)) for one, way in zip(both, ways, strict=True)]
 
 
-def _followed(kind: str, starts: Sequence[Start], points: int) -> Curve:
+def _followed(kind: str, starts: Sequence[Restart], points: int) -> Curve:
     """Curve of a type from one or two starts."""
     runs = [CurveRun(start.continuation, kind, points) for start in starts]
     endings = [runs[0].go(starts[0].state)]
@@ -288,7 +288,7 @@ def _followed(kind: str, starts: Sequence[Start], points: int) -> Curve:
     )
 
 
-def _beside_point(problem: Problem, point: CodimensionTwoPoint, kind: str) -> list[Start]:
+def _beside_point(problem: Problem, point: CodimensionTwoPoint, kind: str) -> list[Restart]:
     """Starts of the other curve through a point, on the sides with admissible motions."""
     orbit, segments, smooth = point.orbit, point.segments, kind in kinds.SMOOTH
     if (half := halved_at(orbit, None)) is not None:
@@ -305,13 +305,13 @@ def _beside_point(problem: Problem, point: CodimensionTwoPoint, kind: str) -> li
     # The curve's own segment, of duration 0 here, exists on one side of the point only.
     own, zero_segment = segments[0], None if smooth else segments[1]
 
-    def with_segment(one: Continuation) -> Iterator[State]:
+    def with_segment(one: Continuation) -> Iterator[Spot]:
         ahead = one.direction(own).argmax()
         for state in one.around(one.unknowns(orbit)):
             if state.u[ahead] > problem.settings.least_duration:
                 yield state
 
-    def without_segment(one: Continuation) -> Iterator[State]:
+    def without_segment(one: Continuation) -> Iterator[Spot]:
         beyond = one.cross(vanishing(orbit, own))
         if beyond is not None:
             yield beyond.state
@@ -320,13 +320,13 @@ def _beside_point(problem: Problem, point: CodimensionTwoPoint, kind: str) -> li
     for side in (with_segment, without_segment):
         one = Continuation(problem, orbit, zero_segment, kind if smooth else None)
         try:
-            found += [Start(one, state) for state in side(one) if state.admissible][:1]
+            found += [Restart(one, state) for state in side(one) if state.admissible][:1]
         except (InvalidInput, Stop):
             continue
     return found
 
 
-def _within(start: Start) -> bool:
+def _within(start: Restart) -> bool:
     """True if a state is within the ranges."""
     return all(0 <= q <= 1 for q in start.state.u[-2:])
 

@@ -17,11 +17,11 @@ from capsule_sym._orbits.continuation.families.family import (
     Ending,
     Event,
     SmoothEvent,
-    State,
+    Spot,
     Step,
     Stop,
 )
-from capsule_sym._orbits.continuation.families.stepping import Continuation, Run
+from capsule_sym._orbits.continuation.families.stepping import Continuation, PathRun
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import (
     CodimensionTwoPoint,
@@ -46,7 +46,8 @@ class Curve(Labelled):
     """Curve of bifurcations in two parameters: points in order, and the reasons for its ends.
 
     `origin` names the codimension-two point at which the curve starts, such as "cusp"; it is empty
-    for a curve from a bifurcation on a branch. All values are dimensionless.
+    for a curve from a bifurcation on a branch. `endings` are the reasons at the first and at the
+    last point. All values are dimensionless.
     """
 
     type: str
@@ -61,8 +62,8 @@ class Curve(Labelled):
     def columns(self) -> dict[str, NDArray[Any]]:
         """Points as columns, arrays of shape (n,).
 
-        The two parameters have their own names. Each point has its line, and the itinerary, period
-        number, progression and start of its orbit.
+        The two parameters have their own names. Each point has its line, residual and status, and
+        of its orbit the itinerary, period number, progression, average velocity and start.
         """
         values = np.array([point.values for point in self.points], dtype=float).reshape(-1, 2)
         return {
@@ -81,12 +82,12 @@ class Curve(Labelled):
 
     @property
     def status(self) -> Ending:
-        """Reason for the end: of the two ends the first irregular one."""
+        """Reason of the first irregular end; without one, of the first end."""
         return self._worst[0]
 
     @property
     def message(self) -> str:
-        """Message of the first irregular end."""
+        """Message of the first irregular end; without one, of the first end."""
         return self._worst[1]
 
     @property
@@ -112,7 +113,7 @@ class Curve(Labelled):
 _SADDLES = "the multipliers of product 1 are real"
 
 
-class CurveRun(Run):
+class CurveRun(PathRun):
     """One half of a curve of a bifurcation type, from a state of a continuation."""
 
     def __init__(self, continuation: Continuation, kind: str, points: int) -> None:
@@ -121,7 +122,7 @@ class CurveRun(Run):
         self.points: list[CurvePoint] = []
         self.codimension_two: list[CodimensionTwoPoint] = []
 
-    def go(self, first: State) -> tuple[Ending, str]:
+    def go(self, first: Spot) -> tuple[Ending, str]:
         """Continue the curve from a state to its end; returns the reason for the end."""
         ending, detail = self.follow(lambda: first)
         lost = ending in (Ending.NOT_CONVERGED, Ending.NO_ADMISSIBLE_ORBIT)
@@ -133,7 +134,7 @@ class CurveRun(Run):
             return OUT_OF_TIME
         return ending, detail
 
-    def closes(self, old: State, new: State) -> bool:
+    def closes(self, old: Spot, new: Spot) -> bool:
         """True if the curve passes its first point between two states."""
         first, itinerary = self.first, old.orbit.itinerary
         if not itinerary == new.orbit.itinerary == first.orbit.itinerary:
@@ -146,14 +147,14 @@ class CurveRun(Run):
         near = self.problem.settings.closed_distance
         return there is not None and bool(np.linalg.norm(there.u - first.u) < near)
 
-    def check(self, old: State, step: Step) -> None:
+    def check(self, old: Spot, step: Step) -> None:
         """Raises Stop where a Neimark-Sacker curve ends: beyond, the multipliers are real."""
         if self.kind == kinds.NEIMARK_SACKER and not has_rotations(step.state.orbit):
             last = self.codimension_two[-1].orbit if step.smooth else old.orbit
             detail = f"{self.problem.where(last)}; beyond, {_SADDLES}"
             raise Stop(Ending.CODIMENSION_TWO, detail)
 
-    def add(self, state: State) -> None:
+    def add(self, state: Spot) -> None:
         tightest, orbit = self.continuation.tightest(state), state.orbit
         segment, critical = self.continuation.zero_segment, self.continuation.critical
         test = 0.0 if critical is None else abs(state.tests[critical])
@@ -170,9 +171,9 @@ class CurveRun(Run):
         )
         self.points.append(point)
 
-    def _place(self, orbit: Orbit, segment: int | None) -> kinds.Place:
+    def _place(self, orbit: Orbit, segment: int | None) -> kinds.EventType:
         if segment is None:
-            return kinds.Place(self.kind)
+            return kinds.EventType(self.kind)
         return kinds.place(orbit, segment)
 
     def _values(self, orbit: Orbit) -> tuple[float, float]:
@@ -190,13 +191,13 @@ class CurveRun(Run):
             size = abs(evaluate_test_functions(orbit)[resonance])
             near = size <= self.problem.settings.resonance_tolerance
             name = resonance if near else name
-        whole, places = orbit.itinerary.whole, (self._place(orbit, segment), kinds.Place(name))
+        whole, places = orbit.itinerary.whole, (self._place(orbit, segment), kinds.EventType(name))
         self._record(found, places, (whole, whole), solved=one.solved)
 
     def _record(
         self,
         found: EventSolution,
-        places: tuple[kinds.Place, kinds.Place],
+        places: tuple[kinds.EventType, kinds.EventType],
         itineraries: tuple[Itinerary, Itinerary | None],
         failed: str = "",
         solved: bool = True,
@@ -218,7 +219,7 @@ class CurveRun(Run):
         self.codimension_two.append(point)
 
     def record_event(
-        self, event: Event, old: State, new: State, beyond: State | None, failed: str
+        self, event: Event, old: Spot, new: Spot, beyond: Spot | None, failed: str
     ) -> Orbit:
         found = self._regular(event.solution)
         at, segment = found.orbit, None if self.continuation.critical else found.segments[0]
@@ -256,7 +257,7 @@ class CurveRun(Run):
         near = self.problem.settings.degenerate_distance
         return found if found is not None and max(abs(found.orbit.z - z)) < near else None
 
-    def _ends_in_point(self, state: State) -> bool:
+    def _ends_in_point(self, state: Spot) -> bool:
         """True if the curve has ended in a degenerate point, which is then recorded."""
         # A failed crossing has changed the itinerary of the last point.
         orbit, own = state.orbit, self.points[-1].segment
@@ -273,7 +274,7 @@ class CurveRun(Run):
         others = [k for k in found.segments if k != own]
         at = found.orbit
         if not any(point.at(self._values(at)) for point in known):
-            there = self._place(at, others[0]) if others else kinds.Place(kinds.DEGENERATE)
+            there = self._place(at, others[0]) if others else kinds.EventType(kinds.DEGENERATE)
             found = found._replace(segments=(own, *others))
             self._record(found, (self._place(at, own), there), (orbit.itinerary.whole, None))
         return True

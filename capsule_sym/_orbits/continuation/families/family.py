@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym._map.backend import Backend
-from capsule_sym._orbits.continuation.parameter_paths import Axis
+from capsule_sym._orbits.continuation.parameter_paths import PathAxis
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.extended import (
     Condition,
@@ -22,7 +22,7 @@ from capsule_sym._orbits.continuation.points.extended import (
 )
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
 from capsule_sym._orbits.shooting.admissibility import Inequality, inequalities
-from capsule_sym._orbits.shooting.changes import Change, zero_segments
+from capsule_sym._orbits.shooting.changes import Exchange, zero_segments
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 
@@ -69,7 +69,7 @@ class Problem(NamedTuple):
     """Number system, axes and settings that all families of a continuation share."""
 
     numbers: Backend
-    axes: tuple[Axis, ...]
+    axes: tuple[PathAxis, ...]
     settings: ContinuationSettings = DEFAULT
 
     def values(self, orbit: Orbit) -> tuple[float, ...]:
@@ -83,7 +83,7 @@ class Problem(NamedTuple):
         return f"{values}, itinerary {orbit.itinerary}"
 
 
-class State(NamedTuple):
+class Spot(NamedTuple):
     """Point of the path: unknowns u, the orbit, its inequalities, tangent and test functions."""
 
     u: Vector
@@ -105,7 +105,7 @@ class SmoothEvent(NamedTuple):
     """
 
     type: str
-    ends: tuple[State, State]
+    ends: tuple[Spot, Spot]
     share: float
     solution: EventSolution
     solved: bool = True
@@ -116,7 +116,7 @@ class Event(NamedTuple):
 
     failed: Inequality
     segment: int
-    change: Change
+    change: Exchange
     solution: EventSolution
     share: float
 
@@ -124,7 +124,7 @@ class Event(NamedTuple):
 class Step(NamedTuple):
     """State after a step, the events on it in order, and the length of the next step to try."""
 
-    state: State
+    state: Spot
     smooth: list[SmoothEvent]
     event: Event | None
     at_border: bool
@@ -134,7 +134,7 @@ class Step(NamedTuple):
 _ROUNDING = 2.0**-51
 
 
-class Solution(NamedTuple):
+class Corrected(NamedTuple):
     """Point of the curve, the equations there, and the number of Newton steps."""
 
     u: Vector
@@ -162,7 +162,7 @@ def corrected(
     normal: Vector,
     settings: ContinuationSettings = DEFAULT,
     tolerance: float | None = None,
-) -> Solution | None:
+) -> Corrected | None:
     """Point of the curve in the plane through the guess, by Newton's method; None if none.
 
     The iteration ends when a step is within the tolerance, or limited by rounding.
@@ -175,7 +175,7 @@ def corrected(
             return None
         rounding = _ROUNDING * (1 + np.max(abs(u)))
         if size < settings.rounding_step and np.max(abs(at.residual)) <= rounding:
-            return Solution(u, at, step - 1)
+            return Corrected(u, at, step - 1)
         try:
             change = np.linalg.solve(
                 np.vstack([at.by, normal]), -np.append(at.residual, normal @ (u - guess))
@@ -184,7 +184,7 @@ def corrected(
             return None
         u, size = u + change, float(np.linalg.norm(change))
         if size < tolerance * (1 + np.linalg.norm(u)):
-            found = Solution(u, equations(u), step)
+            found = Corrected(u, equations(u), step)
             # Near a segment of duration 0 the inexact derivative leaves a larger residual.
             if np.max(abs(found.at.residual)) <= settings.residual_tolerance * (1 + np.max(abs(u))):
                 break
@@ -258,17 +258,17 @@ class Family(OrbitEquations):
 
     def corrected(
         self, guess: Vector, normal: Vector, tolerance: float | None = None
-    ) -> Solution | None:
+    ) -> Corrected | None:
         """Point of the family in the plane through the guess, by Newton's method; None if none."""
         return corrected(self.evaluate, guess, normal, self.settings, tolerance)
 
-    def corrected_at(self, guess: Vector, k: int, value: float) -> Solution | None:
+    def corrected_at(self, guess: Vector, k: int, value: float) -> Corrected | None:
         """Point of the family near a guess at which the unknown k has this value; None if none."""
         guess, normal = guess.copy(), np.eye(len(guess))[k]
         guess[k] = value
         return self.corrected(guess, normal)
 
-    def state(self, u: Vector, along: Vector, solution: Solution | None = None) -> State:
+    def state(self, u: Vector, along: Vector, solution: Corrected | None = None) -> Spot:
         """State at u, or at a given solution, with its tangent in the direction `along`."""
         _, by, orbit = solution.at if solution else self.evaluate(u)
         orbit = replace(orbit, iterations=solution.steps if solution else 0)
@@ -278,7 +278,7 @@ class Family(OrbitEquations):
         except np.linalg.LinAlgError:
             detail = f"no tangent at {self.problem.where(orbit)}"
             raise Stop(Ending.NOT_CONVERGED, detail) from None
-        return State(u, orbit, held, direction, self.tests(orbit))
+        return Spot(u, orbit, held, direction, self.tests(orbit))
 
     @property
     def watched(self) -> tuple[str, ...]:
@@ -311,7 +311,7 @@ class Family(OrbitEquations):
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
 
-    def tightest(self, state: State) -> Inequality:
+    def tightest(self, state: Spot) -> Inequality:
         """Inequality with the least value. Raises Stop if it fails."""
         least = min(state.held, key=lambda one: float(one.value))
         if least.value <= 0:

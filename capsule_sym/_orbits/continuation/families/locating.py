@@ -8,7 +8,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.families.family import Event, Family, SmoothEvent, State
+from capsule_sym._orbits.continuation.families.family import Event, Family, SmoothEvent, Spot
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.extended import (
     EventSolution,
@@ -25,12 +25,12 @@ from capsule_sym._orbits.shooting.admissibility import (
     Inequality,
     inequalities,
 )
-from capsule_sym._orbits.shooting.changes import Change, insert_segment, zero_segments
+from capsule_sym._orbits.shooting.changes import Exchange, insert_segment, zero_segments
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
 
-def smooth_between(family: Family, old: State, new: State, until: float) -> list[SmoothEvent]:
+def smooth_between(family: Family, old: Spot, new: Spot, until: float) -> list[SmoothEvent]:
     """Smooth bifurcations between two states of one itinerary, up to a share, in order."""
     names = [name for name in family.watched if _changes_sign(name, old, new)]
     # Along a curve of folds the parameters turn back at a cusp.
@@ -41,7 +41,7 @@ def smooth_between(family: Family, old: State, new: State, until: float) -> list
     return sorted(events, key=lambda one: one.share)
 
 
-def _changes_sign(name: str, old: State, new: State) -> bool:
+def _changes_sign(name: str, old: Spot, new: Spot) -> bool:
     """True if a test function changes its sign on a step, by more than rounding.
 
     Without dissipation all multipliers lie on the unit circle along the whole branch.
@@ -53,7 +53,7 @@ def _changes_sign(name: str, old: State, new: State) -> bool:
     return name not in kinds.SMOOTH or any(abs(end) > noise(state.orbit) for end, state in both)
 
 
-def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEvent | None:
+def _zero_between(family: Family, name: str, old: Spot, new: Spot) -> SmoothEvent | None:
     """Zero of a test function between two states, from its extended system.
 
     If the extended system has no solution near the linear guess, the step is halved. The result is
@@ -98,13 +98,13 @@ def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEv
     return SmoothEvent(name, (old, new), 0.0, solution, solved=False)
 
 
-def _share(family: Family, old: State, new: State, found: EventSolution) -> float:
+def _share(family: Family, old: Spot, new: Spot, found: EventSolution) -> float:
     """Share of the step between two states at which an orbit of the family lies."""
     step = new.u - old.u
     return float(step @ (family.unknowns(found.orbit) - old.u) / (step @ step))
 
 
-def first_event(family: Family, old: State, new: State, failing: list[Inequality]) -> Event | None:
+def first_event(family: Family, old: Spot, new: Spot, failing: list[Inequality]) -> Event | None:
     """First event between two states; None if nothing fails or it is not located."""
     shares = [_failing_share(old.held, failed) for failed in failing]
     found = [_locate(family, old, new, *one) for one in zip(failing, shares, strict=True)]
@@ -134,7 +134,7 @@ def _may_be(family: Family, one: Event, other: Event) -> bool:
     return all(abs(a - b) <= error for (a, b), error in zip(both, errors, strict=True))
 
 
-def hides(family: Family, old: State, new: State, event: Event) -> bool:
+def hides(family: Family, old: Spot, new: Spot, event: Event) -> bool:
     """True if another inequality fails before the event."""
     if event.failed.kind == MINIMUM:
         return False
@@ -153,16 +153,14 @@ def hides(family: Family, old: State, new: State, event: Event) -> bool:
     return False
 
 
-def _locate(
-    family: Family, old: State, new: State, failed: Inequality, share: float
-) -> Event | None:
+def _locate(family: Family, old: Spot, new: Spot, failed: Inequality, share: float) -> Event | None:
     orbit, there = family.orbit(old.u + share * (new.u - old.u)), new.orbit
     alone = len(family.problem.axes[0].path.scene.facts.STOPS) == 1
     if failed.guard is Guard.GAP and alone:
         # A single stop is on one side only: its touch has no mirror image.
         orbit, there = whole_orbit(orbit), whole_orbit(there)
     itinerary, segment = orbit.itinerary, failed.segment
-    change = Change(itinerary, orbit.z, tuple(range(len(itinerary))))
+    change = Exchange(itinerary, orbit.z, tuple(range(len(itinerary))))
     if failed.kind != DURATION:
         try:
             change, segment = insert_segment(

@@ -15,13 +15,13 @@ from capsule_sym._native import TimeUp
 from capsule_sym._native.watch import TOLD
 from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
+    Corrected,
     Ending,
     Event,
     Family,
     Problem,
     SmoothEvent,
-    Solution,
-    State,
+    Spot,
     Step,
     Stop,
     least_between,
@@ -34,7 +34,7 @@ from capsule_sym._orbits.continuation.families.locating import (
     matching,
     smooth_between,
 )
-from capsule_sym._orbits.continuation.parameter_paths import Axis
+from capsule_sym._orbits.continuation.parameter_paths import PathAxis
 from capsule_sym._orbits.continuation.points.extended import EXACT, EventSolution
 from capsule_sym._orbits.continuation.points.kinds import DEGENERATE, FOLD
 from capsule_sym._orbits.continuation.points.normal_forms import doubled
@@ -46,7 +46,7 @@ from capsule_sym._orbits.shooting.admissibility import (
 )
 from capsule_sym._orbits.shooting.changes import (
     NO_DURATION,
-    Change,
+    Exchange,
     insert_segment,
     is_kink,
     remove_segment,
@@ -62,7 +62,7 @@ _PLACES = (0.0, 0.37, 1.0)  # of a range, at which the symmetry of motions is te
 _SLOWEST = 1e-9  # change of q along the path that counts as none
 
 
-def keeps_images(orbit: Orbit, axes: tuple[Axis, ...]) -> bool:
+def keeps_images(orbit: Orbit, axes: tuple[PathAxis, ...]) -> bool:
     """True if motions have mirror images over the whole range of the axes."""
     names = orbit.scene.facts.PARAMETERS
     for axis in axes:
@@ -73,7 +73,7 @@ def keeps_images(orbit: Orbit, axes: tuple[Axis, ...]) -> bool:
     return True
 
 
-def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
+def first_half(orbit: Orbit, axes: tuple[PathAxis, ...]) -> Orbit | None:
     """First half of an orbit that is its own mirror image; None for any other.
 
     None if a varied parameter removes the symmetry, such as a load or the stiffness of one stop.
@@ -92,7 +92,7 @@ def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
 def vanishing(orbit: Orbit, segment: int) -> Event:
     """Event that belongs to a segment of duration 0."""
     itinerary, zero = orbit.itinerary, 0 * orbit.z[0]
-    same_itinerary = Change(itinerary, orbit.z, tuple(range(len(itinerary))))
+    same_itinerary = Exchange(itinerary, orbit.z, tuple(range(len(itinerary))))
     solution = EventSolution(orbit, (segment,), orbit.residual, ())
     failed = Inequality(DURATION, segment, None, zero, zero)
     return Event(failed, segment, same_itinerary, solution, 0.0)
@@ -106,7 +106,7 @@ class Continuation(Family):
     _falls = False
     """True if the parameter changes ever more slowly along the path."""
 
-    def advance(self, state: State, length: float, largest: float) -> Step:
+    def advance(self, state: Spot, length: float, largest: float) -> Step:
         """Step of this length or shorter; no q changes by more than about `largest`.
 
         Raises Stop if even the shortest step is too long.
@@ -128,7 +128,7 @@ class Continuation(Family):
         failing = f"{' and '.join(self.unlocated)} fails without a located event"
         raise Stop(Ending.NO_ADMISSIBLE_ORBIT, f"{detail}: {failing}")
 
-    def _tried(self, state: State, length: float) -> Step | None:
+    def _tried(self, state: Spot, length: float) -> Step | None:
         """Step of this length; None if it is too long."""
         guess = state.u + length * state.tangent
         try:
@@ -156,7 +156,7 @@ class Continuation(Family):
         further = self.settings.first_step if event else further
         return Step(new, smooth, event, outside is not None, further)
 
-    def _may_skip_two(self, old: State, new: State) -> bool:
+    def _may_skip_two(self, old: Spot, new: Spot) -> bool:
         """True if a step may have passed two bifurcations of one type, without a change of sign.
 
         The test uses the cubics through both ends: that of the parameter, which turns back at
@@ -183,7 +183,7 @@ class Continuation(Family):
                     return True
         return False
 
-    def _slope(self, name: str, state: State) -> float:
+    def _slope(self, name: str, state: Spot) -> float:
         """Derivative of a test function along the path."""
         return float(self.row(state.orbit, name) @ state.tangent)
 
@@ -194,7 +194,7 @@ class Continuation(Family):
                 return k, float(u[k] > 1)
         return None
 
-    def _at_border(self, state: State, beyond: Solution, k: int, edge: float) -> Solution | None:
+    def _at_border(self, state: Spot, beyond: Corrected, k: int, edge: float) -> Corrected | None:
         """Point at which a step leaves the range; None if the path turns back near the border."""
         step = beyond.u - state.u
         found = self.corrected_at(state.u + (edge - state.u[k]) / step[k] * step, k, edge)
@@ -203,7 +203,7 @@ class Continuation(Family):
         ahead = (found.u - state.u) @ state.tangent
         return found if ahead > self.settings.least_return * np.linalg.norm(step) else None
 
-    def cross(self, event: Event) -> Start | None:
+    def cross(self, event: Event) -> Restart | None:
         """Continue in the itinerary beyond an event, to a state next to it; None if there is none.
 
         Other events of the same orbit are crossed with it, as for equal forces in both directions.
@@ -235,7 +235,7 @@ class Continuation(Family):
                 return vanishing(with_it, segment)._replace(failed=failed)
         return None
 
-    def _beyond(self, event: Event) -> tuple[Start | None, Vector]:
+    def _beyond(self, event: Event) -> tuple[Restart | None, Vector]:
         """State beyond one segment's event, and the unknowns of the event's orbit there."""
         orbit, segment = event.solution.orbit, event.segment
         broken = self.itinerary.mirrored and not orbit.itinerary.mirrored
@@ -257,7 +257,7 @@ class Continuation(Family):
         u = self.unknowns(orbit)
         return self.neighbour(u, along, kinked), u
 
-    def _without(self, orbit: Orbit, segment: int) -> tuple[Start | None, Vector]:
+    def _without(self, orbit: Orbit, segment: int) -> tuple[Restart | None, Vector]:
         """Continue in the itinerary without a segment of duration 0, on its admissible side."""
         change, inequality = remove_segment(
             self.numbers, self.itinerary, orbit.z, orbit.system, segment
@@ -268,7 +268,7 @@ class Continuation(Family):
         both = [self.neighbour(u, side) for side in self.directions(u)]
         return max(both, key=lambda one: _margin(one, inequality)), u
 
-    def symmetric(self, state: State) -> State:
+    def symmetric(self, state: Spot) -> Spot:
         """State of the first half of the orbit, if the orbit is its own mirror image."""
         if self.itinerary.mirrored or self.critical is not None:
             return state
@@ -287,7 +287,7 @@ class Continuation(Family):
         along = np.array([*np.zeros(len(u) - count), *state.tangent[-count:]])
         return self.state(u, along)
 
-    def _keep(self, change: Change) -> None:
+    def _keep(self, change: Exchange) -> None:
         kept = [change.kept[segment] for segment in self.segments]
         self.segments = tuple(segment for segment in kept if segment is not None)
         if None in kept:
@@ -298,7 +298,7 @@ class Continuation(Family):
         null = np.linalg.svd(self.evaluate(u).by)[2][-1]
         return [null, -null]
 
-    def around(self, u: Vector) -> Iterator[State]:
+    def around(self, u: Vector) -> Iterator[Spot]:
         """States next to u on all curves of solutions that pass it.
 
         Where two curves cross, the null vectors of the equations span a plane, whose directions are
@@ -314,7 +314,7 @@ class Continuation(Family):
             if solution is not None:
                 yield self.state(solution.u, way, solution)
 
-    def neighbour(self, u: Vector, along: Vector, straight: bool = False) -> Start | None:
+    def neighbour(self, u: Vector, along: Vector, straight: bool = False) -> Restart | None:
         """State next to u, in the direction of `along`.
 
         It is nearer to u if another event is near. `along` is the tangent itself if `straight`.
@@ -324,7 +324,7 @@ class Continuation(Family):
             direction = along / np.linalg.norm(along) if straight else tangent(at.by, along)
         except np.linalg.LinAlgError:
             return None
-        states: list[State] = []
+        states: list[Spot] = []
         for share in self.settings.neighbour_shares:
             step = share * self.settings.neighbour_step * direction
             solution = self.corrected(u + step, direction)
@@ -336,23 +336,23 @@ class Continuation(Family):
             del states[1:]
         if not states:
             return None
-        state, point = states[-1], State(u, at.orbit, [], direction, self.tests(at.orbit))
+        state, point = states[-1], Spot(u, at.orbit, [], direction, self.tests(at.orbit))
         found = smooth_between(self, point, state, 1.0)
         # At a degenerate point its own test function is rounding.
-        return Start(self, state, [one for one in found if one.type != DEGENERATE])
+        return Restart(self, state, [one for one in found if one.type != DEGENERATE])
 
 
-class Start(NamedTuple):
+class Restart(NamedTuple):
     """State beside a point from which to continue, and the smooth bifurcations between them."""
 
     continuation: Continuation
-    state: State
+    state: Spot
     smooth: Sequence[SmoothEvent] = ()
 
 
 def doubled_starts(
     problem: Problem, orbit: Orbit, critical: str | None = None, side: int = 1
-) -> Iterator[tuple[float, Start]]:
+) -> Iterator[tuple[float, Restart]]:
     """Doubled orbits beside one at a period doubling, each with its distance.
 
     At a symmetry breaking they are whole orbits on the two sides of their half. Two curves of
@@ -369,7 +369,7 @@ def doubled_starts(
     for distance in distances:
         solution = one.corrected(u + distance * along, along, tolerance)
         if solution is not None:
-            yield distance, Start(one, one.state(solution.u, along, solution))
+            yield distance, Restart(one, one.state(solution.u, along, solution))
 
 
 def _ratio(orbit: Orbit, first: int) -> float:
@@ -381,7 +381,7 @@ def _ratio(orbit: Orbit, first: int) -> float:
     return (grows + math.copysign(math.sqrt(grows * (grows - falls)), grows)) / -falls
 
 
-def _margin(beside: Start | None, inequality: Inequality) -> tuple[bool, float]:
+def _margin(beside: Restart | None, inequality: Inequality) -> tuple[bool, float]:
     """Admissibility of a state, and the value of an inequality; larger is better."""
     if beside is None:
         return False, -float("inf")
@@ -393,18 +393,18 @@ _UNIT = 2.0**-53
 _ROUNDINGS = 8
 
 
-class Run(ABC):
+class PathRun(ABC):
     """Run of a continuation, with at least `points` steps over each varied range."""
 
-    first: State
-    last: State | None = None
+    first: Spot
+    last: Spot | None = None
     """First and last state that were added."""
 
     def __init__(self, continuation: Continuation, points: int, most: int) -> None:
         self.continuation, self.problem = continuation, continuation.problem
         self.largest, self.most = 1 / points, most
 
-    def follow(self, begin: Callable[[], State]) -> tuple[Ending, str]:
+    def follow(self, begin: Callable[[], Spot]) -> tuple[Ending, str]:
         """Continue the path from a state to its end; returns the reason for the end."""
         length = self.problem.settings.first_step
         try:
@@ -424,7 +424,7 @@ class Run(ABC):
             return OUT_OF_TIME
         return Ending.TOO_MANY_POINTS, counted(self.most, "point")
 
-    def _step(self, state: State, length: float) -> tuple[State, float]:
+    def _step(self, state: Spot, length: float) -> tuple[Spot, float]:
         step = self.continuation.advance(state, length, self.largest)
         for one in step.smooth:
             self.record_smooth(one)
@@ -438,7 +438,7 @@ class Run(ABC):
             self.reach_border(step.state)
         return step.state, step.next
 
-    def cross(self, old: State, new: State, event: Event) -> State:
+    def cross(self, old: Spot, new: Spot, event: Event) -> Spot:
         """Record an event and return the state beyond it. Raises Stop if there is none."""
         failed, failure = event.failed.named(old.orbit.itinerary), "there is no orbit"
         beyond, state, stop = None, None, None
@@ -466,7 +466,7 @@ class Run(ABC):
         return [float(error) + _ROUNDINGS * _UNIT * abs(value) for error, value in both]
 
     @abstractmethod
-    def add(self, state: State) -> None:
+    def add(self, state: Spot) -> None:
         """Add a point. Raises Stop if it is not admissible."""
 
     @abstractmethod
@@ -475,22 +475,22 @@ class Run(ABC):
 
     @abstractmethod
     def record_event(
-        self, event: Event, old: State, new: State, beyond: State | None, failed: str
+        self, event: Event, old: Spot, new: Spot, beyond: Spot | None, failed: str
     ) -> Orbit:
         """Record a border collision between two states; returns its orbit."""
 
-    def failure(self, state: State) -> str:
+    def failure(self, state: Spot) -> str:
         """Reason why a state beyond an event is not admissible; empty if it is."""
         return ""
 
     @abstractmethod
-    def check(self, old: State, step: Step) -> None:
+    def check(self, old: Spot, step: Step) -> None:
         """Raises Stop if the path ends within a step."""
 
-    def closes(self, old: State, new: State) -> bool:
+    def closes(self, old: Spot, new: Spot) -> bool:
         """True if the path passes its first point between two states."""
         return False
 
-    def reach_border(self, state: State) -> None:
+    def reach_border(self, state: Spot) -> None:
         """Raises Stop at the border of the range."""
         raise Stop(Ending.REACHED, self.problem.where(state.orbit))

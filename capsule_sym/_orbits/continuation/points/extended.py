@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.parameter_paths import Axis, ParameterPath
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath, PathAxis
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.kinds import DURATIONS
 from capsule_sym._orbits.continuation.points.normal_forms import cubic, degeneracy, quadratic
@@ -174,7 +174,7 @@ class OrbitEquations:
         self,
         numbers: Backend,
         values: Sequence[Number],
-        free: Sequence[ParameterPath | Axis],
+        free: Sequence[ParameterPath | PathAxis],
         itinerary: Itinerary,
         segments: tuple[int, ...] = (),
         conditions: Sequence[Condition] = (),

@@ -49,7 +49,7 @@ INITIALS = {
 }
 
 
-class Place(NamedTuple):
+class EventType(NamedTuple):
     """Type of an event, its line, and the surfaces that meet there."""
 
     type: str
@@ -57,7 +57,7 @@ class Place(NamedTuple):
     surfaces: tuple[str, ...] = ()
 
 
-HIGHER = Place("corner of higher codimension")
+HIGHER = EventType("corner of higher codimension")
 _SURFACES = {
     "L1": ("S1", "S2"),
     "L2": ("S2", "S3"),
@@ -73,7 +73,7 @@ _SURFACES = {
 }
 
 
-def place(orbit: Orbit, segment: int) -> Place:
+def place(orbit: Orbit, segment: int) -> EventType:
     """Event at an orbit's segment of duration 0.
 
     Lines L1 to L4 have their part too, such as L3^(2); see `symbolic.appendices`.
@@ -88,25 +88,25 @@ def place(orbit: Orbit, segment: int) -> Place:
             _met(one, contact(fields[0], scene), scene) for one in guards - {Guard.EDGE, None}
         )
         line = f"at {' and '.join(met)}" if met else ""
-        return Place(EDGE, line, tuple(sorted({f"S{field}" for field in fields})))
+        return EventType(EDGE, line, tuple(sorted({f"S{field}" for field in fields})))
     (before, during, after) = ((contact(field, scene), drift(field, scene)) for field in fields)
     if before[0] != after[0]:
         if before[1] == after[1]:
             return HIGHER
         guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
         line = _corner(guards, flow)
-        return Place(CORNER, line, _SURFACES[line])
+        return EventType(CORNER, line, _SURFACES[line])
     if during[0] != before[0]:
         if before != after:
             return HIGHER
         sign = before[1]
         surfaces = ("S2", "S5") if sign == 0 else ("S7", "S8") if sign > 0 else ("S9", "S10")
-        return Place(GRAZING, "L9", surfaces)
+        return EventType(GRAZING, "L9", surfaces)
     kind = sliding(before[1], during[1], after[1])
     if kind is None:
         return HIGHER
     line = _edge(flow, during[0])
-    return Place(kind, f"{line}^({_part(flow, line)})", _SURFACES[line])
+    return EventType(kind, f"{line}^({_part(flow, line)})", _SURFACES[line])
 
 
 def _met(guard: Guard | None, side: int, scene: Scene) -> str:

@@ -9,18 +9,18 @@ import sympy as sp
 from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes
 from capsule_sym._symbolic.model.model import LEVELS, SEGMENTS
 from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS, PULSED, omega
-from capsule_sym.codegen._backend import Backend, wrapped
+from capsule_sym.codegen._backend import Language, wrapped
 from capsule_sym.codegen._blocks import segment_constants
 from capsule_sym.codegen._derived import CONSTANTS
 from capsule_sym.codegen._lower import Kernel
 from capsule_sym.codegen.backends.c import interface
-from capsule_sym.codegen.backends.c.printers import Bounds, Doubles, Numbers
+from capsule_sym.codegen.backends.c.printers import Bounds, DoubleCode, Numbers
 
 
-class C(Backend):
+class C(Language):
     """Functions of pointers to constants, in double precision."""
 
-    printer = Doubles()
+    printer = DoubleCode()
     comment = "//"
     kind = "double"
     unpack = "const double {0} = c->{0};"

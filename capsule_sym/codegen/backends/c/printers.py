@@ -11,7 +11,7 @@ from sympy.printing.codeprinter import CodePrinter
 from capsule_sym.codegen._printers import Products
 
 
-class Doubles(Products, C99CodePrinter):
+class DoubleCode(Products, C99CodePrinter):
     """C99 code in double precision."""
 
 

@@ -10,7 +10,7 @@ from sympy.printing.pycode import pycode
 
 from capsule_sym._symbolic.model import declaration
 from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes, places
-from capsule_sym._symbolic.model.model import ANY_LEVEL, LEVELS, SEGMENTS, Segment
+from capsule_sym._symbolic.model.model import ANY_LEVEL, LEVELS, SEGMENTS, Linear
 from capsule_sym._symbolic.model.switching import line_transitions, surface_transitions
 from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, alpha, stop
 from capsule_sym.codegen._blocks import segment_constants
@@ -69,7 +69,7 @@ class Python(PythonSpelling):
         """True for the scene whose fields are enclosed in balls."""
         return declaration.path() == declaration.home(declaration.SHIPPED[0])
 
-    def _own_constants(self, segment: Segment) -> str:
+    def _own_constants(self, segment: Linear) -> str:
         """Case of a match by a field's number."""
         modes = (*((1 - segment.level,) if PULSED else ()), segment.contact, segment.drift)
         values = (self.expression(value) for _, value in segment_constants(segment.index))

@@ -9,7 +9,7 @@ from textwrap import wrap
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
-from capsule_sym.codegen._backend import WIDTH, Backend, wrapped
+from capsule_sym.codegen._backend import WIDTH, Language, wrapped
 from capsule_sym.codegen._lower import Kernel
 from capsule_sym.codegen._printers import Products
 
@@ -27,7 +27,7 @@ class _Printer(Products, PythonCodePrinter):
 _VALUE = re.compile(r"(\s*(?:\w+ =|return) )(.*)")
 
 
-class PythonSpelling(Backend):
+class PythonSpelling(Language):
     """Spelling of functions in all Python code."""
 
     printer = _Printer()
