@@ -5,6 +5,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+CORES := .venv/.cores
 # Tests start hundreds of processes: none has to compile modules that another has compiled.
 unexport PYTHONDONTWRITEBYTECODE
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
@@ -29,16 +30,16 @@ PROVED := $(call sources,$(addprefix paper/,claims proofs study)) $(wildcard pap
 STILL := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
 PYTEST := $(BIN)/python -m pytest -q --durations=10 $(STILL)
 
-test: $(READY)  ## run the tests of the tool, the paper and the benchmarks
+test: $(CORES)  ## run the tests of the tool, the paper and the benchmarks
 	$(PYTEST) -n 2 --max-worker-restart 2 --dist loadscope --no-loadscope-reorder
 
-test-long: $(READY)  ## run the tests that take long, and all cases of sampled ones
+test-long: $(CORES)  ## run the tests that take long, and all cases of sampled ones
 	CAPSULE_SYM_ALL=1 $(PYTEST) -n 2 --max-worker-restart 2 --dist worksteal -m "long or sampled"
 
-second-model: $(READY)  ## test that another model is declared, generated and compiled
+second-model: $(CORES)  ## test that another model is declared, generated and compiled
 	$(PYTEST) -m long tests/secondmodel
 
-packaging: $(READY)  ## test what wheels and source distributions hold, with and without a compiler
+packaging: $(CORES)  ## test what wheels and source distributions hold, with and without a compiler
 	$(PYTEST) -m long tests/test_packaging.py
 
 lint: $(READY)  ## check style, format and English
@@ -59,10 +60,16 @@ lines: $(READY)  ## print the size of the house beside its goals
 generate: $(READY)  ## derive and write generated/
 	$(BIN)/python -m capsule_sym.codegen
 
-INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation -C build-dir=.venv/core \
-    -C cmake.define.CAPSULE_CORES=all --editable
+INSTALL = $(BIN)/python -m pip install --quiet --no-build-isolation -C build-dir=.venv/core \
+    -C cmake.define.CAPSULE_CORES=$(1) --editable
 core: $(READY)  ## compile what changed of the C cores, as after `make generate`
-	$(INSTALL) . --no-deps
+	$(call INSTALL,all) . --no-deps
+	@touch $(CORES)
+
+# The paper needs the capsule's core alone; tests and pages need those of all scenes.
+$(CORES): $(READY)
+	$(call INSTALL,all) . --no-deps
+	@touch $@
 
 check-generated: $(READY)  ## check that generated/ is what the derivation gives
 	$(BIN)/python -m capsule_sym.codegen --check
@@ -74,7 +81,7 @@ results/claims.md: $(PROVED) | $(READY)
 	$(BIN)/python -m paper claims --out $@ > /dev/null
 
 # What the pages are built with is installed once, for it takes as long as the pages.
-.venv/.docs: $(READY)
+.venv/.docs: $(CORES)
 	@$(call bring,docs)
 	@touch $@
 
@@ -87,7 +94,7 @@ wheel: $(READY)  ## build the wheel of this machine in dist/, repair it, and try
 	$(BIN)/python .ci/wheel $(PYTHONS)
 
 # Octave with mkoctfile, and gnuplot to draw with: octave, octave-dev and gnuplot-nox in Debian.
-octave: $(READY)  ## run the gateways for MATLAB in Octave, which has to be there
+octave: $(CORES)  ## run the gateways for MATLAB in Octave, which has to be there
 	@command -v octave-cli > /dev/null && command -v mkoctfile > /dev/null || { echo 'octave-cli or mkoctfile is missing' >&2; exit 1; }
 	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -q -m "long or not long" tests/octave
 
@@ -96,7 +103,7 @@ explorer/node_modules/.package-lock.json: explorer/package-lock.json
 	cd explorer && npm ci --no-audit --no-fund
 	@touch $@
 
-EXPLORER := $(READY) explorer/node_modules/.package-lock.json
+EXPLORER := $(CORES) explorer/node_modules/.package-lock.json
 explorer: $(EXPLORER)  ## build the page of `capsule-sym explore`; needs Node.js
 	@$(call bring,explorer)
 	$(BIN)/python explorer/build.py
@@ -106,7 +113,7 @@ explorer-test: $(EXPLORER)  ## drive the page in headless Chromium, which has to
 	@$(call bring,explorer)
 	$(BIN)/python -m pytest -q -m "long or not long" explorer/tests
 
-bench: $(READY)  ## measure speed against error beside other tools, and of each scene
+bench: $(CORES)  ## measure speed against error beside other tools, and of each scene
 	@$(call bring,peers)
 	$(BIN)/python -m benchmarks bench --out results/bench
 	$(BIN)/python -m benchmarks scenes --out results/bench
@@ -128,7 +135,7 @@ $(READY): pyproject.toml
 	    exit 1; }
 	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1'
 	@$(call bring,dev)
-	$(INSTALL) '.[all]'
+	$(call INSTALL,capsule) '.[all]'
 	@$(BIN)/python -m capsule_sym --version | grep -q '(C core, ' || \
 	    echo 'No C compiler was found: runs are computed by NumPy, hundreds of times slower. Install one (gcc or clang), then: make core' >&2
 	@touch $@
