@@ -38,7 +38,8 @@ def check(
     """Compare an integrator's switches with the exact ones, with the causes of differences.
 
     SWITCHES.csv has the columns "time" and "entered" (the field: F5, 5 or C-S). Lines "# name =
-    value" above it give parameters, state, phase, end and tolerance; options override them. Times
+    value" above it give parameters, state, phase, end and tolerance; options override them, and --params
+    excludes those of parameters. Times
     are dimensionless, or in seconds where --params is a device. The drive's angle is omega times
     the time.
 

@@ -78,7 +78,7 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
         - `device`: the fixed parameters in SI units instead. Quantities proportional to one
           parameter, such as P_d, may then be axes, or vary in a design, in SI units.
         - `start`: x_r, v_r, v_c and phase, dimensionless; each is 0 by default.
-        - `scene`: the name of a scene, such as "slope"; by default the paper's.
+        - `scene`: the name of a scene, such as "slope", or its folder; by default the paper's.
         - `periods`: length of a run in excitation periods, 1 or more, by default 300.
         - `tolerance`: change within which stroboscopic states repeat, dimensionless, above 0 and
           below 1, by default 1e-9.
