@@ -38,10 +38,9 @@ def check(
     """Compare an integrator's switches with the exact ones, with the causes of differences.
 
     SWITCHES.csv has the columns "time" and "entered" (the field: F5, 5 or C-S). Lines "# name =
-    value" above it give parameters, state, phase, end and tolerance; options override them, and --params
-    excludes those of parameters. Times
-    are dimensionless, or in seconds where --params is a device. The drive's angle is omega times
-    the time.
+    value" above it give parameters, state, phase, end and tolerance; options override them, and
+    --params excludes those of parameters. Times are dimensionless, or in seconds where --params is
+    a device. The drive's angle is omega times the time.
 
     Errors are compared with their growth along the motion, up to the horizon of double precision.
     Exits with 1 if a switch is missed or invented.
