@@ -124,15 +124,16 @@ def simulate(
         check_memory("keep", kept, STATE * kept.size)
     if max_segments is not None:
         check_count("max_segments", max_segments)
-    watch = watch_of(max_seconds)
     chosen = backend or default_backend(parameters.scene)
     start = values, phase, int(periods)
-    unlimited = max_segments is None and progress is None and watch.deadline == math.inf
+    unlimited = max_seconds == present().deadline == math.inf
+    unlimited = unlimited and max_segments is None and progress is None
     if unlimited and chosen == "c" and isinstance(kept, str) and kept in ("final", "segments"):
         short = short_run(parameters, *start, escalate, kept == "segments")
         if short is not None:
             check_time()  # of the work that contains this run
             return short
+    watch = watch_of(max_seconds)
     found = run(parameters, start, kept, max_segments, watch, chosen, escalate, progress)
     check_time()  # of the work that contains this run
     return found

@@ -82,6 +82,7 @@ cdef extern from *:
     double now() noexcept nogil
     int PyErr_CheckSignals() noexcept
 
+cdef int _QUANTITIES = len(Quantity)
 cdef int _DONE = Stop.DONE, _OPEN = Stop.OPEN, _REFUSED = Stop.REFUSED
 cdef enum:
     _ROWS = 8192
@@ -394,11 +395,10 @@ cdef class Fields:
         cdef const double[::1] at = np.array(start, dtype=float)
         cdef capsule_extremum found[MOST_EXTREMA]
         cdef int count
-        Quantity(quantity)
         self._check(field)
         _need(at.shape[0] == 7, "start", (7,))
-        if not 0 <= zeros <= 1:
-            raise ValueError("zeros must be 0 or 1")
+        if not (0 <= zeros <= 1 and 0 <= quantity < _QUANTITIES):
+            raise ValueError("zeros must be 0 or 1, and the quantity one of `interface.Quantity`")
         with nogil:
             count = self.table.extrema(self.map, field, &at[0], quantity, zeros, duration, found, MOST_EXTREMA)
         if count < 0:
@@ -416,15 +416,15 @@ cdef class Fields:
     cdef object _arrays(self, object block, int count, double advance, const size_t *room):
         # Arrays of a system, laid out in a block.
         cdef Py_ssize_t unknowns = count + 4, columns = unknowns + self.table.parameters
+        cdef Py_ssize_t states = room[0] + (count + 1) * 3 * columns, residual = states + unknowns * columns
         flow = self.core.records.SEGMENT_FLOW
         end = count * flow.itemsize // 8
-        parts = np.split(block[room[0] :], np.cumsum([(count + 1) * 3 * columns, unknowns * columns]))
         return (
             block[:end].view(flow),
-            parts[0].reshape(count + 1, 3, columns),
+            block[room[0] : states].reshape(count + 1, 3, columns),
             block[end : end + unknowns],
-            parts[1].reshape(unknowns, columns),
-            parts[2][:columns],
+            block[states:residual].reshape(unknowns, columns),
+            block[residual : residual + columns],
             advance,
             block[end + unknowns : end + unknowns + 9].reshape(3, 3),
         )
