@@ -235,7 +235,7 @@ def of_records(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
             if isinstance(error, InvalidInput):
                 raise
             lacks = f"without {error}" if isinstance(error, KeyError) else str(error)
-            whole = "whole: with all that the function's documentation names"
+            whole = "a whole one, with all that the function's documentation names"
             raise InvalidInput("record", lacks, whole) from error
 
     return drawn

@@ -156,12 +156,12 @@ def test_every_text_of_a_backend_stands_in_a_template(derived: Derived) -> None:
 ADDED = """
 from typing import ClassVar
 
-from capsule_sym.codegen._backend import Backend
+from capsule_sym.codegen._backend import Language
 from capsule_sym.codegen._blocks import segment_constants
 from sympy.printing.julia import JuliaCodePrinter
 
 
-class Julia(Backend):
+class Julia(Language):
     printer = JuliaCodePrinter({"user_functions": {"expm1": "expm1"}})
     comment = "#"
     files: ClassVar = {"jl/kernels.jl": "kernels.jl.in"}
