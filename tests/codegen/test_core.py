@@ -69,7 +69,7 @@ def test_a_core_that_ships_is_compiled_once_and_anew_where_it_cannot_be_loaded(
 
 @pytest.mark.skipif(core is None or sys.platform == "win32", reason="no core, or no shell")
 def test_two_processes_that_compile_a_core_at_once_both_have_a_whole_one(tmp_path: Path) -> None:
-    """Both are in the compiler before either goes on."""
+    """Both are in the compiler before either continues."""
     fake, met, slope = tmp_path / "cc", tmp_path / "met", ROOT / "generated" / "slope" / "c"
     met.mkdir()
     wait = f'touch {met}/$PPID\nuntil [ "$(ls {met} | wc -l)" -eq 2 ]; do sleep .01; done'
