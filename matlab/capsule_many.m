@@ -1,6 +1,6 @@
 %CAPSULE_MANY  Run the exact map at many parameters or from many states, side by side.
 %   y = CAPSULE_MANY(P, periods) runs each row of P, the parameters in the order that
-%   CAPSULE_PARAMETERS gives, for so many excitation periods from rest at time 0. y has a row
+%   capsule_interface.h declares, for so many excitation periods from rest at time 0. y has a row
 %   [x_r, v_r, v_c, x_c] for each, at the end.
 %   y = CAPSULE_MANY(P, periods, states, phases) starts from rows [x_r, v_r, v_c] at times in
 %   [0, 2*pi/omega), a column.
@@ -10,4 +10,4 @@
 %   It is fastest where neighbouring rows share omega, zeta, gamma and the stiffnesses of the stops.
 %   It is a MEX file: CAPSULE_BUILD compiles it for a scene.
 %
-%   See also CAPSULE_SIMULATE, CAPSULE_PARAMETERS, CAPSULE_BUILD.
+%   See also CAPSULE_SIMULATE, CAPSULE_BUILD.

@@ -1,6 +1,6 @@
 %CAPSULE_SIMULATE  Run the exact map of the capsule system, each switch certified to be the first.
 %   r = CAPSULE_SIMULATE(p, periods) runs the parameters p, a struct with the scalar fields that
-%   CAPSULE_PARAMETERS gives, for so many excitation periods, from rest at time 0.
+%   capsule_interface.h declares, for so many excitation periods, from rest at time 0.
 %   r = CAPSULE_SIMULATE(p, periods, state, phase) starts from state = [x_r, v_r, v_c] at a time
 %   phase in [0, 2*pi/omega). All quantities are dimensionless. r has the fields
 %
@@ -17,4 +17,4 @@
 %
 %   It is a MEX file: CAPSULE_BUILD compiles it for a scene.
 %
-%   See also CAPSULE_MANY, CAPSULE_PARAMETERS, CAPSULE_FLOW, CAPSULE_BUILD.
+%   See also CAPSULE_MANY, CAPSULE_BUILD.

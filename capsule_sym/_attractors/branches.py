@@ -78,7 +78,10 @@ class AttractorBranch:
         return brief(self, f"{self.path.name} from {ends}", str(self.number))
 
     def orbit(self, i: int) -> Orbit:
-        """Periodic orbit at value i; raises InvalidInput if Newton's method finds none there."""
+        """Periodic orbit at value i.
+
+        Raises InvalidInput if Newton's method finds none there, and IndexError for another i.
+        """
         found = closed_orbit(placed_at(self.path, self.base, self.values[i]), self.cycles[i])
         if found is None:
             raise InvalidInput("i", i, "a value at which the orbit's equations are solved")

@@ -89,7 +89,7 @@ PICTURE = several(
         "File to write; its ending .png, .svg or .pdf decides the format.", "FILE", required=True
     ),
     width=option(
-        "Width of the picture; its type is always of 7 points.",
+        "Width of the picture; its type has the same size at any width.",
         type=click.FloatRange(NARROWEST, WIDEST),
         default=PAGE,
         show_default=True,

@@ -80,7 +80,7 @@ def shares(help: str, flag: str = "--tolerance") -> Any:
     return by_name(help, flag, of=kind, metavar="NAME=SHARE")
 
 
-tolerances = shares("Optimise the worst case within ±SHARE of the parameter. Repeatable.")
+tolerances = shares("Optimise the worst of the parameter and its values at ±SHARE. Repeatable.")
 
 
 def windows(counted: bool = False) -> Any:

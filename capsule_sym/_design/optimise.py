@@ -176,7 +176,7 @@ def program_of(
         sign=-1 if maximise else 1,
         limits=limits_of(subject_to, system),
         margin=margin,
-        # If all stable motions are considered, the starts have no effect.
+        # If all stable motions are considered, the starts are only seeds of their search.
         scenarios=tuple(one for one in scenarios if among == STARTS or one.state == seeds[0]),
         progress=progress,
         among=among,

@@ -25,9 +25,8 @@ class OptimumStatus(StrEnum):
 
     #: The conditions of an optimum hold, in the interior or with active bounds and limits.
     OPTIMAL = "optimal"
-    #: The best is at a border beyond which the objective is worse or the motion is lost: a change
-    #: of
-    #: itinerary, of stability, or of the basin; see `bifurcation` and `limit`.
+    #: The best is at a border beyond which the objective is worse or the motion is lost: another
+    #: itinerary, stability, or basin; see `bifurcation` and `limit`.
     OPTIMAL_AT_BORDER = "optimal-at-border"
     #: The result does not satisfy the conditions of an optimum.
     NOT_CONVERGED = "not-converged"

@@ -68,7 +68,7 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
     ------
     InvalidInput
         For an axis that is not of the start, for more than 10^8 cells, and as `run_sweep`.
-    NotWritten, Lost, KeyboardInterrupt
+    CapsuleError, KeyboardInterrupt
         As `run_sweep` raises them.
 
     See Also

@@ -163,10 +163,9 @@ def run_sweep(
         For a value outside its range, and for a store that cannot be used. Such a store exists and
         `resume` is False, or has other content. Or it belongs to another sweep or to other kernels,
         or is in use by another run. One of another core needs `any_core`.
-    NotWritten
-        If results cannot be written, as on a full disk.
-    Lost
-        If the executor could not compute some chunks: after all others, or after three such chunks.
+    CapsuleError
+        If results cannot be written, as on a full disk. If the executor could not compute some
+        chunks: after all others, after three such chunks, or at once if it is broken.
     KeyboardInterrupt
         On Ctrl-C; its text has the number of cells that are kept.
 

@@ -256,7 +256,12 @@ def test_a_motion_that_is_not_periodic_is_not_closed() -> None:
     # At resonance with the excitation nothing brings a deviation back: a fold.
     p = cs.Parameters(alpha=0.0, omega=1.0, delta=0.5, zeta=0.0)
     found = cs.performance_many(row(p), (0.1, 0.0, 0.0), gradients=True)
-    assert not found.closed.any()
+    assert found.status.tolist() == ["not-converged"]
+    # A run whose first period meets a guard at a tangency has no derivative.
+    state = (0.54784675, -0.92085314, -1.8361059)
+    found = cs.performance_many(row(cs.Parameters(alpha=1.1)), state)
+    assert found.status.tolist() == ["tangential"]
+    assert np.isnan(found.values).all()
 
 
 def test_a_watch_stops_it() -> None:

@@ -34,6 +34,8 @@ class Performances:
     """Periodic motions, closed at forcing angle 0, their metrics and multipliers; dimensionless.
 
     Values that were not requested or not found are nan. Derivatives are along the branch of orbits.
+    Values at the status "changed" are those of the motion that was found, whose itinerary or period
+    is another one than that of the run from the given state.
     """
 
     records: NDArray[np.void]
@@ -69,7 +71,12 @@ class Performances:
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """Status of each motion, as a word, shape (n,)."""
+        """Status of each motion, as a word, shape (n,).
+
+        "closed": found in the itinerary of the run. "changed": found in another one.
+        "not-converged", "tangential" (a guard touches 0), "open" (a switch is undecided), "full"
+        (more than 256 segments): not found. "stopped": not solved within the time.
+        """
         words = np.array(ORBIT_STATUSES)[self.records["status"]]
         return np.where(self.stops == Stop.DONE, words, np.array(STOPS)[self.stops])
 
@@ -205,7 +212,7 @@ def performance_many(
         binding.orbit_many(rows[own], starts[own], periods[own], *results, *what, watch)
 
     shared(solve, -(-count // size), threads, watch)
-    stops[(stops == Stop.DONE) & ~fields[:, 0].astype(bool)] = Stop.STOPPED  # not begun
+    stops[(stops == Stop.DONE) & (records["runs"] == 0)] = Stop.STOPPED  # not begun
     for name, (kind, _) in records.dtype.fields.items():
         if kind.base.kind == "f":
             records[name][stops == Stop.STOPPED] = np.nan

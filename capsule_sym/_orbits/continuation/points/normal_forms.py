@@ -63,7 +63,7 @@ class NormalForm(NamedTuple):
 
     `discontinuity` is the leading term of the difference between the maps of the two itineraries at
     a border collision: the change of (x_r, v_r, v_c) by a segment of duration s, over `s**power`.
-    At an edge of the drive `power` is 1 to 4; a piecewise-linear map has 1.
+    At an edge of the drive `power` is 1 to 3; a piecewise-linear map has 1.
 
     `scenario` is "supercritical" or "subcritical" at a period doubling, and at a symmetry breaking,
     which is a period doubling of the first half. At a border collision it is "persistence" if the
