@@ -74,7 +74,8 @@ class Performances:
         """Status of each motion, as a word, shape (n,).
 
         "closed": found in the itinerary of the run. "changed": found in another one.
-        "not-converged", "tangential" (a guard touches 0), "open" (a switch is undecided), "full"
+        "not-converged", "tangential" (no derivatives: a guard touches 0, or a
+        fold), "open" (a switch is undecided), "full"
         (more than 256 segments): not found. "stopped": not solved within the time.
         """
         words = np.array(ORBIT_STATUSES)[self.records["status"]]
