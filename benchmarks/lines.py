@@ -16,11 +16,20 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import capsule_sym
 from benchmarks.houses import private_modules
 from capsule_sym._cli import group
 
 ROOT = Path(__file__).parents[1]
 TOOL = ("capsule_sym", "codegen")
+BINDING = ("_binding.pyx", "core.c", "capsule_core.h", "__init__.py")
+_NATIVE = "capsule_sym/_native/"
+ROOMS = (
+    ("the binding and its table", [f"{_NATIVE}{name}" for name in BINDING], 800),
+    ("design and attractors", ["capsule_sym/_design", "capsule_sym/_attractors"], 3_600),
+    ("commands", ["capsule_sym/_commands"], 1_800),
+)
+"""Names of parts of the tool, their files, and goals."""
 _PYTHON = {".py", ".pyi"}
 _C = {".c", ".h", ".ts"}
 _OTHER = {".pyx", ".pxd", ".pxi", ".in", ".j2", ".part", ".toml"}
@@ -93,6 +102,15 @@ def targets() -> list[str]:
     return re.findall(r"^([a-z-]+):.*## ", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
 
 
+def classes() -> Counter[str]:
+    """Numbers of classes of the tool by their names."""
+    trees = (
+        ast.parse(path.read_text("utf-8")) for path in files("capsule_sym") if path.suffix == ".py"
+    )
+    nodes = (node for tree in trees for node in ast.walk(tree))
+    return Counter(node.name for node in nodes if isinstance(node, ast.ClassDef))
+
+
 def rows() -> list[Row]:
     """All counts beside their goals."""
     tool = sum(by_package(*TOOL).values(), Counter())
@@ -111,6 +129,12 @@ def rows() -> list[Row]:
         Row("targets of make", len(targets()), 20),
         Row("extras", len(project["optional-dependencies"]), 4),
         Row("private modules that paper and benchmarks import", len(private_modules()), 25),
+        Row("names of classes that stand for two", sum(n > 1 for n in classes().values()), 0),
+        Row("names in capsule_sym", len(dir(capsule_sym)), 110),
+        *(
+            Row(f"lines of code in {name}", sum(map(count, files(*of))), goal)
+            for name, of, goal in ROOMS
+        ),
     ]
 
 

@@ -70,6 +70,10 @@ def test_targets_of_make_are_phony_and_few() -> None:
     assert len(lines.targets()) <= 20
 
 
+def test_a_class_has_a_name_of_its_own() -> None:
+    assert [name for name, number in lines.classes().items() if number > 1] == []
+
+
 def test_only_listed_private_modules_are_imported() -> None:
     assert houses.faults() == []
 
