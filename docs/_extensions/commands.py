@@ -32,7 +32,8 @@ for _name in group.commands:
 
 def _code(line: str) -> str:
     """A line of a help text with its options as code, since each is one word."""
-    return re.sub(r"(?<![`\w-])--[a-zA-Z][a-zA-Z-]*", r"``\g<0>``", line)
+    words = r"`[^`]+`|(?<![`\w-])--[a-zA-Z][a-zA-Z-]*"  # what is code already, or an option
+    return re.sub(words, lambda one: f"`{one[0]}`" * (one[0][0] == "`") or f"``{one[0]}``", line)
 
 
 def _escape(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:

@@ -1,5 +1,7 @@
 """Formulas as MathML, typeset by the browser: a page needs no script and no network for them."""
 
+import re
+
 from docutils.nodes import Element, SkipNode
 from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
@@ -20,6 +22,7 @@ def _mathml(node: Element, as_block: bool) -> str:
     formula = node.astext()
     for name, known in _SPELLED.items():
         formula = formula.replace(name, known)
+    formula = re.sub(r"(?<!')'(?!['^])", r"^\\prime ", formula)  # a prime above, not an apostrophe
     try:
         return tex2mathml(formula, as_block=as_block)
     except MathError as error:

@@ -16,6 +16,8 @@ addEventListener("DOMContentLoaded", () => {
   // An option is not broken after its hyphens, but a long path may be.
   for (const word of document.querySelectorAll("code > .pre"))
     if (word.textContent.length < 30) word.classList.add("whole");
+  for (const word of document.querySelectorAll("td code > .pre"))
+    word.innerHTML = word.innerHTML.replace(/(?<=\w\w)[._](?=\w{4})|\/(?=\w)/g, "$&<wbr>");
   // Nor is the name of a mode in a table, such as NC-FD.
   for (const cell of document.querySelectorAll("td > p, td"))
     for (const text of cell.childNodes)

@@ -52,7 +52,7 @@ def front(y: int, stiffness: str, gap: str) -> str:
         stop(430, y, 117, 430)
         + f'<path d="M340 192v-11M430 192v{y + 20 - 192}" stroke-width="1"/>'
         + arrow("M342 187h86", both=True)
-        + f'<g stroke="none" fill="#000">{label(488, y - 14, "k", stiffness)}'
+        + f'<g stroke="none" fill="#000">{label(488, y - 18, "k", stiffness)}'
         + f"{label(385, 180, 'G', gap)}</g>"
     )
 
@@ -99,14 +99,14 @@ def slope() -> str:
 def prototype() -> str:
     """A mass between two stops, driven by pulses, on a slope."""
     inside = SHELL + spring(97, 92, 133) + damper(170, 98) + MASS + PULSES
-    inside += stop(93, 130, 92, 185) + front(130, "+", "+")
+    inside += stop(93, 130, 92, 185) + front(130, "front", "front")
     inside += arrow("M187 118h41", both=True)
     letters = words(
         label(285, 122, "M", "m", 20),
         label(163, 80, "k", "1"),
         label(205, 193, "c"),
-        label(140, 158, "k", "−"),
-        label(208, 112, "G", "−"),
+        label(122, 158, "k", "back"),
+        label(207, 137, "G", "back"),
         label(565, 70, "M", "c"),
     )
     return tilted(inside + TRACK + letters)
@@ -129,17 +129,18 @@ def reaction() -> str:
 
 def shuttle() -> str:
     """Two stops, and pulses that push both bodies: the scene that a page declares."""
-    inside = SHELL + spring(97, 92, 133) + damper(170, 98) + MASS + PULSES + front(130, "1", "1")
+    inside = SHELL + spring(97, 92, 133) + damper(170, 98) + MASS + PULSES
+    inside += front(130, "front", "front")
     inside += stop(93, 130, 92, 185) + arrow("M187 118h41", both=True)
     forces = arrow("M285 80v-34h60") + arrow("M530 66v-20h-60")
     letters = words(
         label(285, 122, "M", "m", 20),
         label(356, 50, "u"),
         label(455, 50, "−u"),
-        label(163, 80, "k"),
+        label(163, 80, "k", "1"),
         label(205, 193, "c"),
-        label(140, 158, "k", "2"),
-        label(208, 112, "G", "2"),
+        label(122, 158, "k", "back"),
+        label(207, 137, "G", "back"),
         label(565, 224, "M", "c"),
     )
     return inside + TRACK + forces + letters

@@ -77,11 +77,11 @@ def _beside(results: Sequence[Finding], number: int) -> Iterator[str]:
     for one in results:
         own = one.statement.says if once else one.statement.printed
         label = "" if len(results) == 1 else f": {with_formulas(own)}"
-        yield f"- `{one.statement.name}`, {one.seconds:.2f} s{label}"
+        yield f"- `{one.statement.name}`, proved in {one.seconds:.2f} s{label}"
         if one.witness:
             yield f"  - **Witness:** {point(one)}"
         if one.statement.latex:
-            yield f"\n  $${math(one.statement.latex)}$$\n"
+            yield f"  - **In formulas:**\n\n    $${math(one.statement.latex)}$$\n"
     yield ""
 
 

@@ -179,7 +179,7 @@ def state_space() -> Iterator[Statement]:
     }
     for gap, both in corners.items():
         for corner, lines in zip(("O1", "O2"), both, strict=True):
-            closures = r"\cap".join(rf"\bar L_{{{name[1:]}}}" for name in lines)
+            closures = r"\cap".join(rf"\bar{{L_{{{name[1:]}}}}}" for name in lines)
             yield Statement(
                 f"geometry.corner.{corner}.{gap.replace(' ', '')}",
                 "Section 3.1",
