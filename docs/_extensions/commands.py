@@ -37,8 +37,15 @@ def _code(line: str) -> str:
 
 
 def _escape(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
-    """Help texts are plain: a bar in them opens no substitution."""
-    lines[:] = [_code(re.sub(r"\|(?=\S)", r"\\|", line)) for line in lines]
+    """Help texts are plain: a bar in them opens no substitution; lines to be kept are literal."""
+    kept, before = [], False
+    for line in lines:
+        if bar := line.startswith("| "):
+            kept += ["", "::", ""] * (not before) + [f"    {line[2:]}"]
+        else:
+            kept += [""] * before + [_code(re.sub(r"\|(?=\S)", r"\\|", line))]
+        before = bar
+    lines[:] = kept
 
 
 def _bars(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
@@ -55,6 +62,7 @@ def _outdated(app: Sphinx, *_: object) -> list[str]:
 def setup(app: Sphinx) -> dict[str, bool]:
     """Keep the line breaks of help texts, and rebuild the reference with every build."""
     app.connect("env-get-outdated", _outdated)
-    app.connect("sphinx-click-process-description", _escape)
+    for part in ("description", "epilog"):
+        app.connect(f"sphinx-click-process-{part}", _escape)
     app.connect("sphinx-click-process-options", _bars)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
