@@ -23,6 +23,7 @@ from capsule_sym._parameters import Scene, SceneParameters
 _MOST = 10_000  # switches
 _SLACK = 0.125  # of a period of the drive or of the spring: times that are closer may be one
 _UNIT = 2.0**-53
+_SETUP = 1e6  # error of a segment over the tolerance, which no integrator has by itself
 _RESTART = 1e-9  # time after a switch within which another is the same one, found again
 
 
@@ -41,6 +42,8 @@ class Cause(StrEnum):
     TOLERANCE = "tolerance"
     #: Its errors are small, and the motion has magnified them to its own size.
     GROWTH = "growth of errors"
+    #: Its errors are far above its tolerance: it has other parameters, units, equations or start.
+    SETUP = "set-up"
     #: Its errors are too small to explain it: the event search passed over it.
     SEARCH = "search"
     #: It found a switch again at the start of the next segment.
@@ -126,7 +129,7 @@ class SwitchCheck:
 
         The error of a segment is assumed to be proportional to the tolerance, and at least equal.
         """
-        if not self.used or not self.needed:
+        if not self.used or not self.needed or self.differences[0].cause is Cause.SETUP:
             return None
         found = self.needed / max((self.segment_error or 0.0) / self.used, 1.0)
         return found if found <= self.used else None
@@ -275,19 +278,9 @@ def check_switches(
     own_horizon = exact[int(np.argmax(grown))].time if grown.any() else horizon
     differences = _differences(exact, given, pairs, growth, (own, tolerance), own_horizon)
     message = _message(differences, len(given), horizon, why)
-    return SwitchCheck(
-        exact,
-        given,
-        tuple(pairs),
-        errors,
-        growth,
-        own,
-        horizon,
-        own_horizon,
-        tuple(differences),
-        tolerance,
-        message,
-    )
+    numbers = errors, growth, own, horizon, own_horizon
+    known = tuple(differences), tolerance, message
+    return SwitchCheck(exact, given, tuple(pairs), *numbers, *known)
 
 
 def _named(scene: Scene, event: object, row: int) -> str:
@@ -411,6 +404,8 @@ def _cause(
 ) -> Cause:
     """Cause of the first difference."""
     own, used = known
+    if own and used and own > _SETUP * used:
+        return Cause.SETUP
     if any(k and given[k].time - given[k - 1].time <= _RESTART for k in invented):
         return Cause.RESTART
     if own is None and used is None:

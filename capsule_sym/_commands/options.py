@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from capsule_sym._commands.signature import RANGES, ByLine, option, several
+from capsule_sym._commands.signature import RANGES, WORDS, ByLine, option, several
 from capsule_sym._commands.values import Named as Named
 from capsule_sym._commands.values import Range, Seconds, WritablePath, meant
 from capsule_sym._errors import InvalidInput, NotInstalled
@@ -344,9 +344,11 @@ def require(*names: str) -> None:
 def certify(what: str) -> Any:
     """The option --certify FILE of a command that can prove its results; `what` names them."""
 
-    def check(_: click.Context, __: click.Parameter, path: Path | None) -> Path | None:
+    def check(context: click.Context, _: click.Parameter, path: Path | None) -> Path | None:
         if path is not None:
             require("flint")
+            if (scene := scene_of(context.meta[WORDS])) is not CAPSULE:
+                raise InvalidInput("--scene", scene.name, f"{CAPSULE.name}, beside --certify")
         return path
 
     text = f"Prove {what} in ball arithmetic, and write its certificate here."

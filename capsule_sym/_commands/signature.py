@@ -24,6 +24,8 @@ _KINDS: dict[str, dict[str, Any]] = {
 
 RANGES = f"{__name__}.ranges"
 """Key of the ranges of parameters in a command's context."""
+WORDS = f"{__name__}.words"
+"""Key of the words of the line in a command's context."""
 # Options of arguments by other names.
 _OPTIONS = {
     "to": "along",
@@ -95,6 +97,7 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse a line, on which an option may have _ for -, as in the name of a parameter."""
+        ctx.meta[WORDS] = args
         stop = args.index("--") if "--" in args else len(args)
         dashed = [
             re.sub("^--[^=]+", lambda flag: flag[0].replace("_", "-"), word) for word in args[:stop]

@@ -48,8 +48,8 @@ def limits_of(problem: Misfit, bounds: Mapping[str, tuple[float, float]]) -> tup
             low[k], high[k] = allowed(problem.recorded[0].system, own)
         if name in bounds:
             low[k], high[k] = checked_ends(f"bounds of {name}", bounds[name], low[k], high[k])
-        if not low[k] <= problem.guess[k] <= high[k]:
-            raise InvalidInput(name, problem.guess[k], f"from {low[k]:g} to {high[k]:g} as a guess")
+        if not low[k] <= (guess := float(problem.guess[k])) <= high[k]:
+            raise InvalidInput(name, guess, f"from {low[k]:g} to {high[k]:g} as a guess")
     return low, high
 
 

@@ -3,6 +3,10 @@ include(CMakePackageConfigHelpers)
 
 get_filename_component(KERNELS ${CAPSULE_SCENE} ABSOLUTE BASE_DIR ${GENERATED})
 set(KERNELS ${KERNELS}/c)
+if(NOT EXISTS ${KERNELS}/capsule_kernels.c)
+    message(FATAL_ERROR "CAPSULE_SCENE = '${CAPSULE_SCENE}': must be capsule, prototype, reaction, "
+        "reaction_pulse or slope, or the full path of a folder that the generator wrote")
+endif()
 
 # Both are made of the same objects, compiled once. All of the kernels' functions are for others.
 add_library(objects OBJECT ${SOURCES} ${KERNELS}/capsule_kernels.c)

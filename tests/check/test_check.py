@@ -139,6 +139,8 @@ def test_missed_switches_of_exact_times_are_the_searchs():
     loose = check_switches(times[kept], [entered[k] for k in kept], CASE, tolerance=10 * one.needed)
     assert loose.differences[0].cause == "tolerance"
     assert loose.tolerance == pytest.approx(one.needed)
+    other = check_switches(times, entered, CASE.replace(gamma=1.5 * CASE.gamma), tolerance=1e-12)
+    assert (other.differences[0].cause, other.tolerance) == ("set-up", None)
 
 
 def test_a_switch_after_the_end_does_not_part_the_last_ones():

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym import Parameters, simulate
+from capsule_sym import InvalidInput, Parameters, certify_run, scenes, simulate
 from capsule_sym._cli import group
 from capsule_sym._enclosures.certificates import checker
 from capsule_sym._enclosures.numbers.balls import Unproved
@@ -44,6 +44,15 @@ def test_what_the_checker_cannot_take_is_said(tmp_path: Path) -> None:
     run = CliRunner().invoke(group, ["branch", *options, "--certify", str(file)])
     assert run.exit_code == 4
     assert "not proved" in run.output
+
+
+@pytest.mark.parametrize("name", ["slope", "reaction"])
+def test_a_motion_of_another_scene_is_refused_and_not_proved_of_this_one(name: str) -> None:
+    words = ["run", "--scene", name, "--alpha", "0.1", "--certify", "a.json"]
+    with pytest.raises(InvalidInput, match=f"--scene = '{name}': must be capsule"):
+        CliRunner().invoke(group, words, catch_exceptions=False)
+    with pytest.raises(InvalidInput, match=f"scene = '{name}': must be capsule"):
+        certify_run(simulate(getattr(scenes, name).Parameters(alpha=0.1), periods=2))
 
 
 @pytest.mark.parametrize("backend", ["numpy", "mpmath"])

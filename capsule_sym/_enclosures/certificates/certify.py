@@ -32,7 +32,7 @@ from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, Cur
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
-from capsule_sym._parameters import CAPSULE
+from capsule_sym._parameters import CAPSULE, Scene
 
 _BITS, _BITS_A_SEGMENT, _PLACES = 256, 4, 30
 
@@ -74,21 +74,21 @@ def _first(tube: Tube, still: Sequence[int] = ()) -> int:
     return min(segments, key=lambda k: float(_turn(tube, k)))
 
 
-def _decimals(values: Iterable[float], exact: Mapping[str, str] | None) -> dict[str, str]:
-    """Parameters by name: those in `exact`, or the decimals as which the doubles print."""
+def _decimals(
+    scene: Scene, values: Iterable[float], exact: Mapping[str, str] | None
+) -> dict[str, str]:
+    """Parameters by name: those in `exact`, or the decimals as which the doubles print.
+
+    Raises InvalidInput for another scene than that for which certificates are written.
+    """
+    if scene != CAPSULE:
+        raise InvalidInput("scene", scene.name, CAPSULE.name)
     for name, text in (exact or {}).items():
         check_one_of("exact", name, PARAMETERS)
         if not re.fullmatch(r"-?\d+(\.\d*)?", text):
             raise InvalidInput(f"exact {name}", text, "a decimal such as 0.05")
     given = zip(PARAMETERS, values, strict=True)
     return {name: _shortest((exact or {}).get(name, exactly(value))) for name, value in given}
-
-
-def _own(orbit: Orbit) -> Orbit:
-    """Whole orbit, if it is one of the scene that certificates are written for."""
-    if orbit.scene != CAPSULE:
-        raise InvalidInput("scene", orbit.scene.name, CAPSULE.name)
-    return whole_orbit(orbit)
 
 
 def _shortest(text: str) -> str:
@@ -151,8 +151,8 @@ def certify_orbit(
     >>> print(certificate["durations"][0])
     0.981818749997849077221677549776
     """
-    orbit = _own(orbit)
-    parameters = _decimals(orbit.values, exact)
+    orbit = whole_orbit(orbit)
+    parameters = _decimals(orbit.scene, orbit.values, exact)
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
         shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
         tube = enclose(shooting, guess_of(shooting, orbit), held(shooting))
@@ -226,8 +226,8 @@ def certify_bifurcation(
     free = found.parameter if isinstance(found, Bifurcation) else "alpha"
     if free != "alpha":
         raise Unproved("certificate", "the checker solves for alpha only")
-    orbit = _own(found.orbit)
-    parameters = _decimals(orbit.values, exact)
+    orbit = whole_orbit(found.orbit)
+    parameters = _decimals(orbit.scene, orbit.values, exact)
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
         event = prove_event(orbit, (found.segment,), (free,), parameters)
         n, first = len(orbit.itinerary), _first(event.tube, event.segments)
@@ -273,8 +273,8 @@ def certify_run(
         With the segment that is not the next one, if the run does not end with a period, and after
         `max_seconds`. It is an ArithmeticError.
     InvalidInput
-        If segments were not kept, and for an unknown name in `exact`. Also for a text that is no
-        decimal, and for a time that is not allowed.
+        For a run of another scene, if segments were not kept, and for an unknown name in `exact`.
+        Also for a text that is no decimal, and for a time that is not allowed.
 
     See Also
     --------
@@ -295,8 +295,8 @@ def certify_run(
 
 
 def _certified_run(trajectory: Trajectory, exact: Mapping[str, str] | None) -> dict[str, Any]:
-    given = trajectory.parameters.to_dict()
-    parameters = _decimals((given[name] for name in PARAMETERS), exact)
+    given = trajectory.parameters
+    parameters = _decimals(given.scene, (getattr(given, name) for name in PARAMETERS), exact)
     passage = enclose_run(trajectory, exact)
     segments, (begin, start) = trajectory.segments, trajectory.origin
     if segments[-1].end.phase != 0:
