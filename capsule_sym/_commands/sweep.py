@@ -91,6 +91,8 @@ def sweep(
     settings: dict[str, Any] = {"periods": periods, "compute": compute and compute.split(",")}
     if metric is not None:
         options.require("matplotlib", "shapely")
+        if len(over) > 2:
+            raise click.UsageError(f"--of {metric} draws one or two axes, not {len(over)}")
         needed = (of for of, results in VARIABLES.items() if metric in results)
         settings["compute"] = [*(settings["compute"] or ["itinerary"]), next(needed, "energies")]
     settings = {name: value for name, value in settings.items() if value is not None}
