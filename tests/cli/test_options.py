@@ -101,10 +101,7 @@ REFUSED = [
     ("sweep a.toml --out s --alpha 0.1:2:20", "--alpha and FILE.toml exclude each other"),
     ("sweep a.toml --out s --periods 20", "--periods and FILE.toml exclude each other"),
     ("sweep --alpha 0.1:2:3 --out s --any-core", "--any-core needs --resume, which is missing"),
-    (
-        "sweep --alpha 1:2:2 --delta 0:1:2 --zeta 0:1:2 --of work --out kept",
-        "--of work draws one or two axes, not 3",
-    ),
+    ("sweep --alpha 1:2:2 --delta 0:1:2 --zeta 0:1:2 --of work --out k", "two axes, not 3"),
     ("figure curves.json --of v_c --out a.svg", "--of is for branches, which curves.json is not"),
     ("branch --along alpha=1:2 --alpha 0.7", "--alpha and --along exclude each other"),
     ("branch --along s=1:2 --alpha 1:2", "--alpha and --along exclude each other"),
