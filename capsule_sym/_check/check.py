@@ -23,7 +23,7 @@ from capsule_sym._parameters import Scene, SceneParameters
 _MOST = 10_000  # switches
 _SLACK = 0.125  # of a period of the drive or of the spring: times that are closer may be one
 _UNIT = 2.0**-53
-_SETUP = 1e6  # error of a segment over the tolerance, which no integrator has by itself
+_SETUP = 1e6  # error of a segment over the tolerance, which no tolerance explains
 _RESTART = 1e-9  # time after a switch within which another is the same one, found again
 
 
@@ -42,7 +42,8 @@ class Cause(StrEnum):
     TOLERANCE = "tolerance"
     #: Its errors are small, and the motion has magnified them to its own size.
     GROWTH = "growth of errors"
-    #: Its errors are far above its tolerance: it has other parameters, units, equations or start.
+    #: Its errors are far above its tolerance: it does not locate switches within a step, or has
+    #: other parameters, units, equations or start.
     SETUP = "set-up"
     #: Its errors are too small to explain it: the event search passed over it.
     SEARCH = "search"

@@ -348,7 +348,7 @@ def certify(what: str) -> Any:
         if path is not None:
             require("flint")
             if (scene := scene_of(context.meta[WORDS])) is not CAPSULE:
-                raise InvalidInput("--scene", scene.name, f"{CAPSULE.name}, beside --certify")
+                raise InvalidInput("--certify", path, f"absent for the scene {scene.name}")
         return path
 
     text = f"Prove {what} in ball arithmetic, and write its certificate here."

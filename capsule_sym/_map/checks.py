@@ -51,7 +51,7 @@ def checked_ends(
     if pair and least <= ends[0] < ends[1] <= most:
         return float(ends[0]), float(ends[1])
     told = ", above 0" if 0 < least < _TINY else f", from {least:g}" if least > -math.inf else ""
-    told += "" if not told else " on" if most == math.inf else f" to {most:g}"
+    told += f" to {most:g}" if most < math.inf else " on" * told.startswith(", from")
     raise InvalidInput(field, given, f"two ascending finite numbers{told}")
 
 

@@ -22,7 +22,8 @@ def _mathml(node: Element, as_block: bool) -> str:
     formula = node.astext()
     for name, known in _SPELLED.items():
         formula = formula.replace(name, known)
-    formula = re.sub(r"(?<!')'(?!['^])", r"^\\prime ", formula)  # a prime above, not an apostrophe
+    # Primes above, not apostrophes.
+    formula = re.sub(r"'+(?!['^])", lambda one: "^{" + r"\prime " * len(one[0]) + "}", formula)
     try:
         return tex2mathml(formula, as_block=as_block)
     except MathError as error:

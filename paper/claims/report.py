@@ -77,7 +77,7 @@ def _beside(results: Sequence[Finding], number: int) -> Iterator[str]:
     for one in results:
         own = one.statement.says if once else one.statement.printed
         label = "" if len(results) == 1 else f": {with_formulas(own)}"
-        yield f"- `{one.statement.name}`, proved in {one.seconds:.2f} s{label}"
+        yield f"- `{one.statement.name}`, settled in {one.seconds:.2f} s{label}"
         if one.witness:
             yield f"  - **Witness:** {point(one)}"
         if one.statement.latex:

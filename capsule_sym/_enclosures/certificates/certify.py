@@ -223,11 +223,10 @@ def certify_bifurcation(
     """
     if found.segment is None:
         raise Unproved("type", f"{_named(found)} has no segment of duration 0")
-    free = found.parameter if isinstance(found, Bifurcation) else "alpha"
+    free, orbit = found.parameter if isinstance(found, Bifurcation) else "alpha", found.orbit
+    parameters = _decimals(orbit.scene, orbit.values, exact)
     if free != "alpha":
         raise Unproved("certificate", "the checker solves for alpha only")
-    orbit = whole_orbit(found.orbit)
-    parameters = _decimals(orbit.scene, orbit.values, exact)
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
         event = prove_event(orbit, (found.segment,), (free,), parameters)
         n, first = len(orbit.itinerary), _first(event.tube, event.segments)

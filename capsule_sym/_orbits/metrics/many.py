@@ -74,9 +74,9 @@ class Performances:
         """Status of each motion, as a word, shape (n,).
 
         "closed": found in the itinerary of the run. "changed": found in another one.
-        "not-converged", "tangential" (no derivatives: a guard touches 0, or a
-        fold), "open" (a switch is undecided), "full"
-        (more than 256 segments): not found. "stopped": not solved within the time.
+        "not-converged", "tangential" (no derivatives: a guard touches 0, or a fold), "open" (a
+        switch is undecided), "full" (more than 256 segments), "refused" (a state or parameters
+        outside the ranges of a run): not found. "stopped": not solved within the time.
         """
         words = np.array(ORBIT_STATUSES)[self.records["status"]]
         return np.where(self.stops == Stop.DONE, words, np.array(STOPS)[self.stops])

@@ -159,8 +159,8 @@ class Orbit(Labelled):
     @property
     def progression(self) -> Number:
         """Advance of x_c per excitation period; 0 for the first half of a symmetric orbit."""
-        whole = not self.itinerary.mirrored
-        return self.system.advance * whole / self.itinerary.period_number
+        taken_back = self.system.advance * self.itinerary.mirrored  # in the second half
+        return (self.system.advance - taken_back) / self.itinerary.period_number
 
     @property
     def average_velocity(self) -> Number:

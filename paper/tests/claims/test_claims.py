@@ -110,7 +110,7 @@ def test_a_printed_statement_is_shown_once_and_in_mathematics(
         *results,
         Finding(replace(same, name="three", printed="O1 is the end of L9"), "proved", {}, 0.0),
     )
-    assert "- `three`, proved in 0.00 s: O1 is the end of L9" in markdown({"Some": other})
+    assert "- `three`, settled in 0.00 s: O1 is the end of L9" in markdown({"Some": other})
 
 
 def test_verify_shows_the_bounds_and_parts_that_are_transcribed() -> None:
