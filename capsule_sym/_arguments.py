@@ -21,6 +21,7 @@ _Target = TypeVar("_Target", bound=Callable[..., Any])
 _ALIASES = {
     "System": "SceneParameters | SceneDevice",
     "Motion": "Trajectory | Orbit",
+    "OrbitLike": "Orbit",
     "Starts": "Mapping[str, Any] | ArrayLike",
     "Ranges": "tuple[Sequence[float], Sequence[float]]",
     "Colours": "Literal['safe', 'paper']",
