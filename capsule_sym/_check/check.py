@@ -279,9 +279,8 @@ def check_switches(
     own_horizon = exact[int(np.argmax(grown))].time if grown.any() else horizon
     differences = _differences(exact, given, pairs, growth, (own, tolerance), own_horizon)
     message = _message(differences, len(given), horizon, why)
-    numbers = errors, growth, own, horizon, own_horizon
-    known = tuple(differences), tolerance, message
-    return SwitchCheck(exact, given, tuple(pairs), *numbers, *known)
+    rest = own, horizon, own_horizon, tuple(differences), tolerance, message
+    return SwitchCheck(exact, given, tuple(pairs), errors, growth, *rest)
 
 
 def _named(scene: Scene, event: object, row: int) -> str:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from numbers import Integral
+from typing import Any
 
 from capsule_sym._arguments import is_real as is_real
 from capsule_sym._errors import InvalidInput
@@ -43,10 +44,10 @@ def checked_seconds(value: float, field: str = "max_seconds") -> float:
 
 
 def checked_ends(
-    field: str, given: object, least: float = -math.inf, most: float = math.inf
+    field: str, given: Any, least: float = -math.inf, most: float = math.inf
 ) -> tuple[float, float]:
     """Two ascending finite numbers within a range; raises InvalidInput for anything else."""
-    ends = tuple(given) if isinstance(given, Collection) else ()
+    ends = tuple(given) if isinstance(given, Sequence) or getattr(given, "ndim", 0) == 1 else ()
     pair = len(ends) == 2 and all(is_real(end) and math.isfinite(end) for end in ends)
     if pair and least <= ends[0] < ends[1] <= most:
         return float(ends[0]), float(ends[1])
