@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from itertools import product
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import is_real
+from capsule_sym._map.checks import real as real
 from capsule_sym._parameters import SceneDevice, SceneParameters, names_of
 
 System = SceneParameters | SceneDevice
@@ -16,11 +15,6 @@ System = SceneParameters | SceneDevice
 def dimensionless(system: System) -> SceneParameters:
     """The dimensionless parameters of a system."""
     return system if isinstance(system, SceneParameters) else system.dimensionless()
-
-
-def real(value: object) -> bool:
-    """True for a finite real number, of Python or of NumPy."""
-    return is_real(value) and math.isfinite(value)
 
 
 def values_of(system: System) -> dict[str, float]:

@@ -43,12 +43,17 @@ def checked_seconds(value: float, field: str = "max_seconds") -> float:
     return value
 
 
+def real(value: object) -> bool:
+    """True for a finite real number, of Python or of NumPy."""
+    return is_real(value) and math.isfinite(value)
+
+
 def checked_ends(
     field: str, given: Any, least: float = -math.inf, most: float = math.inf
 ) -> tuple[float, float]:
     """Two ascending finite numbers within a range; raises InvalidInput for anything else."""
     ends = tuple(given) if isinstance(given, Sequence) or getattr(given, "ndim", 0) == 1 else ()
-    pair = len(ends) == 2 and all(is_real(end) and math.isfinite(end) for end in ends)
+    pair = len(ends) == 2 and all(map(real, ends))
     if pair and least <= ends[0] < ends[1] <= most:
         return float(ends[0]), float(ends[1])
     told = ", above 0" if 0 < least < _TINY else f", from {least:g}" if least > -math.inf else ""

@@ -85,9 +85,14 @@ def test_two_processes_that_compile_a_core_at_once_both_have_a_whole_one(tmp_pat
     assert [*path.parent.iterdir()] == [path]
 
 
-def test_a_compiler_that_cannot_be_read_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_compiler_that_cannot_be_read_is_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setenv("CC", "gcc 'no end")
-    assert compiler() == [*filter(shutil.which, ("cc", "gcc", "clang"))][:1]
+    assert compiler() == []
+    (tmp_path / "clang").touch(0o755)
+    assert compiler() == ["clang"]
 
 
 @pytest.mark.long
