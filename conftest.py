@@ -93,6 +93,7 @@ class Together(LoadScopeScheduling):
         return next((name for name in TOGETHER if file.startswith(name)), file)
 
 
+@pytest.hookimpl(optionalhook=True)  # pytest-xdist may be switched off
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Together | None:
     return Together(config, log) if config.getoption("dist") == "loadscope" else None
 

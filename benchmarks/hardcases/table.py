@@ -13,7 +13,7 @@ from capsule_sym import Outcome, Parameters, Trajectory, simulate
 from paper.processes import end, spawning, undisturbed
 from paper.study import casestudy
 
-_COST_PERIODS = 30
+_COST_PERIODS = 6  # each motion of the case study passes some thirty segments in them
 _PROCESSES = 2
 
 

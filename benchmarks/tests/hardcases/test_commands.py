@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.__main__ import group
-from benchmarks.hardcases import adversarial, table
+from benchmarks.hardcases import adversarial, cases, table
 from capsule_sym._cli import _status, main
 from tests.cli.terminal import in_terminal
 from tests.cli.test_streams import FULL, needs_full
@@ -55,6 +55,7 @@ def test_closed_output_ends_every_command_before_it_computes(
         ("adversarial --out taken", 2, "'taken' is a file"),
         ("adversarial --count 0", 2, "0 is not in the range x>=1"),
         ("hardcases --only nothing", 2, "no case has 'nothing' in its name"),
+        ("hardcases --every 0", 2, "0 is not in the range x>=1"),
         ("nonsense", 2, "No such command 'nonsense'"),
     ],
 )
@@ -98,7 +99,7 @@ def test_an_interrupt_says_that_the_log_goes_on(
 @pytest.mark.long
 def test_the_results_are_json_on_stdout() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "benchmarks", "hardcases", "--only", "past it", "--json"],
+        [sys.executable, "-m", "benchmarks", "hardcases", *"--only past --every 2 --json".split()],
         capture_output=True,
         text=True,
         check=True,
@@ -107,6 +108,8 @@ def test_the_results_are_json_on_stdout() -> None:
     record = json.loads(done.stdout)
     assert set(record) == {"cases", "evaluations_per_segment"}
     assert {case["verdict"] for case in record["cases"]} == {"ok"}
+    named = [case.name for case in cases.cases() if "past" in case.name]
+    assert [case["name"] for case in record["cases"]] == named[::2]
 
 
 MIDDLE = {
