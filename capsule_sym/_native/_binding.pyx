@@ -82,7 +82,6 @@ cdef extern from *:
     double now() noexcept nogil
     int PyErr_CheckSignals() noexcept
 
-cdef int _QUANTITIES = len(Quantity)
 cdef int _DONE = Stop.DONE, _OPEN = Stop.OPEN, _REFUSED = Stop.REFUSED
 cdef enum:
     _ROWS = 8192
@@ -122,8 +121,7 @@ cdef capsule_watch *_attend(attention *a, watch):
         flag = watch.flag
         a.flag = &flag[0]
     # The clock is read last here, so that the watch is over too when this limit stops the work.
-    cdef double left = INFINITY if watch is None else watch.deadline - perf_counter()
-    a.deadline = now() + left
+    a.deadline = (INFINITY if watch is None else <double> (watch.deadline - perf_counter())) + now()
     a.looked = now()
     a.signals = threading.current_thread() is threading.main_thread()
     a.raised = a.stopped = False
@@ -352,6 +350,7 @@ cdef class Fields:
     # Closed forms of the fields at one parameter set of a core; `whole` if runs follow.
 
     cdef Core core
+    cdef _Memory memory
     cdef const capsule_core_table *table
     cdef void *map
     cdef double[::1] parameters
@@ -360,13 +359,9 @@ cdef class Fields:
         self.core, self.table = core, core.table
         self.parameters = np.array(parameters, dtype=float)
         _need(self.parameters.shape[0] == self.table.parameters, "parameters", (self.table.parameters,))
-        self.map = calloc(1, self.table.map)
-        if self.map is NULL:
-            raise MemoryError()
+        self.memory = _Memory(self.table.map)
+        self.map = self.memory.at
         self.table.make(&self.parameters[0], self.map, c'm' if whole else c'c')
-
-    def __dealloc__(self):
-        free(self.map)
 
     cdef int _check(self, int field) except -1:
         if not 1 <= field <= self.table.fields:
@@ -397,7 +392,7 @@ cdef class Fields:
         cdef int count
         self._check(field)
         _need(at.shape[0] == 7, "start", (7,))
-        if not (0 <= zeros <= 1 and 0 <= quantity < _QUANTITIES):
+        if not (0 <= zeros <= 1 and 0 <= quantity < len(Quantity)):
             raise ValueError("zeros must be 0 or 1, and the quantity one of `interface.Quantity`")
         with nogil:
             count = self.table.extrema(self.map, field, &at[0], quantity, zeros, duration, found, MOST_EXTREMA)
@@ -500,8 +495,7 @@ cdef class Map(Fields):
     def state_at(self, double x_r, double v_r, double v_c, double phase):
         # State record of a start, at a time in the excitation period.
         out = np.empty(1, self.core.records.STATE)
-        cdef double start[4]
-        start[0], start[1], start[2], start[3] = x_r, v_r, v_c, phase
+        cdef double[4] start = [x_r, v_r, v_c, phase]
         self.table.state_at(self.map, start, _memory(out, out.dtype))
         return out.reshape(())
 
