@@ -114,10 +114,12 @@ explorer-test: $(EXPLORER)  ## drive the page in headless Chromium, which has to
 	@$(call bring,explorer)
 	$(BIN)/python -m pytest -q -m "long or not long" explorer/tests
 
-bench: $(CORES)  ## measure speed against error beside other tools, and of each scene
+bench: $(CORES)  ## measure speed against error beside other tools, of each scene, first calls, and installation
 	@$(call bring,peers)
 	$(BIN)/python -m benchmarks bench --out results/bench
 	$(BIN)/python -m benchmarks scenes --out results/bench
+	$(BIN)/python -m benchmarks first-calls --out results/bench
+	$(BIN)/python -m benchmarks installation --out results/bench
 
 clean:  ## remove the environment, builds and caches; results/ stays
 	rm -rf .venv build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

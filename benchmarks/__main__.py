@@ -21,6 +21,7 @@ for _name, _module, _text in (
     ("bench", "benchmarks.speed.commands", "Measure speed against error, and the goals."),
     ("first-calls", "benchmarks.speed.commands", "Measure what a person calls first."),
     ("scenes", "benchmarks.speed.commands", "Measure the speed of each scene."),
+    ("installation", "benchmarks.speed.commands", "Measure what a newcomer waits for."),
     ("optima", _EXPERIMENTS, "Compare optima with brute force."),
     ("fronts", _EXPERIMENTS, "Compare Pareto fronts with random cells."),
     ("trials", _EXPERIMENTS, "Compare optima with SciPy's global optimisers."),

@@ -1,4 +1,4 @@
-"""`bench`, `first-calls`, `scenes`, `bench-design`: figures beside what they should be."""
+"""`bench`, `first-calls`, `scenes`, `installation`, `bench-design`: figures beside goals."""
 
 from __future__ import annotations
 
@@ -112,6 +112,25 @@ def scenes(
     if not as_json:
         show(f"Microseconds a switch: {how(rounds)}", _SCENES, found)
         click.echo(f"Goal: {GOAL:g} times the capsule's at most, one by one.")
+
+
+@command()
+def installation(
+    paper: bool = option("Compute all about the paper too, which takes two minutes."),
+    out: Path | None = options.out("Write installation.json to this directory."),
+    as_json: bool = options.as_json,
+) -> None:
+    """Measure what a newcomer waits for, by processor time: five minutes.
+
+    The installation from source, the size of the wheel, and a scene of one's own from an installed
+    wheel, in an empty folder, by a C compiler alone. Nothing is downloaded.
+    """
+    from benchmarks.speed.installation import goals
+
+    found = list(present.track(goals(paper), "Installing", 3 + paper))
+    _keep("installation", [goal._asdict() | {"met": goal.met} for goal in found], out, as_json)
+    if not as_json:
+        show("", _GOALS, found)
 
 
 @command()

@@ -35,7 +35,7 @@ def write_everything() -> None:
     cases, proofs, hard = (SOURCES[name][0] for name in ("cases", "proofs", "hard"))
     if not _newest(cases, code):
         _end(_begin("paper", "case-study", "--out", str(cases.parent), out=None))
-    wanted = {
+    wanted: dict[Path, list[tuple[str, ...]]] = {
         proofs: [("paper", "claims", "--json"), ("capsule_sym", "verify", "--json")],
         # A third shows each series of cases on both sides; the whole suite is a command and a test.
         hard: [("benchmarks", "hardcases", "--json", "--every", "3")],

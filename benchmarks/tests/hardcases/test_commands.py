@@ -98,8 +98,9 @@ def test_an_interrupt_says_that_the_log_goes_on(
 
 @pytest.mark.long
 def test_the_results_are_json_on_stdout() -> None:
+    words = ["--only", "past", "--every", "2", "--json"]
     done = subprocess.run(
-        [sys.executable, "-m", "benchmarks", "hardcases", *"--only past --every 2 --json".split()],
+        [sys.executable, "-m", "benchmarks", "hardcases", *words],
         capture_output=True,
         text=True,
         check=True,
