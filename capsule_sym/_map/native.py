@@ -69,7 +69,7 @@ def short_run(
     state, position, passed, angle, *took = found
     origin, end = Instant(0, phase, parameters.omega), instant(passed, angle, parameters.omega)
     ends, reason = ((origin, values), (end, state)), (Status.FINISHED, FINISHED)
-    return Trajectory(parameters, "c", *ends, position, *reason, Statistics(*took), kept)
+    return Trajectory.made(parameters, "c", *ends, position, *reason, Statistics(*took), kept)
 
 
 class NativeRun:

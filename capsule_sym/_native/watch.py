@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Callable
 from contextvars import ContextVar, Token
 from time import perf_counter
 from types import TracebackType
-
-import numpy as np
 
 _LONGEST = 1e9  # seconds; longer waits are cut to this
 
@@ -39,7 +38,7 @@ class Watch:
     def __init__(self, seconds: float = math.inf) -> None:
         self.deadline = perf_counter() + seconds
         self._outer: Token[Watch] | None = None
-        self.flag = np.zeros(1, np.intc)
+        self.flag = array("i", [0])
 
     def stop(self) -> None:
         """Stop the watched work, and all later work of this watch."""
