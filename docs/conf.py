@@ -23,6 +23,7 @@ extensions = [
     "commands",
     "headers",
     "mathml",
+    "outside",
     "signatures",
 ]
 exclude_patterns = ["_build"]
@@ -37,6 +38,8 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 numpydoc_show_class_members = False
+numpydoc_xref_param_type = True  # by the aliases of `outside`
+numpydoc_xref_ignore = "all"
 python_use_unqualified_type_names = True
 
 copybutton_prompt_text = "$ "  # of a session only the commands are copied
