@@ -26,7 +26,7 @@ from capsule_sym._symbolic.proofs.inner_products import (
     FIELDS, STICK_EDGE, along, inner_products, outward,
 )
 from capsule_sym._symbolic.proofs.markdown import (
-    LETTERS, counts, math, point, table, text, theorems,
+    LETTERS, counts, marked, math, point, table, text, theorems,
 )
 from capsule_sym._symbolic.proofs.parts import PARTS, Part, bifurcations, part
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE, witness_text, witnesses

@@ -17,12 +17,12 @@ from capsule_sym._symbolic.theory import (
     counts,
     leaves_of,
     local_maps,
+    marked,
     math,
     mechanism,
     point,
     surface_transitions,
     table,
-    text,
     theorems,
     witnesses,
 )
@@ -71,9 +71,9 @@ def _beside(results: Sequence[Finding], number: int) -> Iterator[str]:
         yield f"- **Printed:** {with_formulas(item.printed)}"
     yield f"- **Derived:** {with_formulas(item.derived)}"
     if item.proof:
-        yield f"- **Proof:** {text(item.proof)}"
+        yield f"- **Proof:** {marked(item.proof)}"
     if item.consequence:
-        yield f"- **Consequence:** {text(item.consequence)}"
+        yield f"- **Consequence:** {marked(item.consequence)}"
     for one in results:
         own = one.statement.says if once else one.statement.printed
         label = "" if len(results) == 1 else f": {with_formulas(own)}"

@@ -12,7 +12,8 @@ LETTERS = {
     **{"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "zeta": "ζ", "omega": "ω"},
     **{"tau": "τ", "theta": "θ", "sigma": "σ", "nu": "ν", "pi": "π"},
 }
-_SIGNS = {"**2": "²", "**3": "³", "*": " ", "<=": "≤", ">=": "≥", "+-": "±", " - ": " − "}
+_SIGNS = {"**2": "²", "**3": "³", "**": "^", "*": " ", "->": "→"}
+_SIGNS |= {"<=": "≤", ">=": "≥", "+-": "±", " - ": " − "}
 
 
 def text(line: str) -> str:
@@ -23,8 +24,16 @@ def text(line: str) -> str:
     return re.sub(r"(?<![\w)])-(?=[\w(])", "−", line)  # a minus, not a hyphen
 
 
+def marked(line: str) -> str:
+    """Line of text with subscripts and powers, such as those of v_r' and of omega**4, as HTML."""
+    line = re.sub(
+        r"(?<![A-Za-z])([A-Za-zα-ω])_([a-z0-9])(?![a-z0-9_])", r"\1<sub>\2</sub>", text(line)
+    )
+    return re.sub(r"\^(\d+|\(\d\))", r"<sup>\1</sup>", line)
+
+
 def _cell(line: str) -> str:
-    return text(line).replace("|", "&#124;")
+    return marked(line).replace("|", "&#124;")
 
 
 _ESCAPED = {r"\{": r"\lbrace ", r"\}": r"\rbrace ", r"\,": r"\thinspace ", "|": r"\vert "}
@@ -47,31 +56,22 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
 
 def point(result: Finding) -> str:
     """Witness of a result in a line."""
-    return text("; ".join(f"{name} = {value}" for name, value in result.witness.items()))
+    return marked("; ".join(f"{name} = {value}" for name, value in result.witness.items()))
 
 
-def _rows(results: Iterable[Finding]) -> Iterator[str]:
-    heads = ("Place", "Statement", "Formula", "Status", "Identifier")
-    yield from table(
-        heads,
-        (
-            (
-                _cell(result.statement.equation),
-                _cell(result.statement.says),
-                f"${math(result.statement.latex)}$" if result.statement.latex else "",
-                result.status,
-                f"`{result.statement.name}`",
-            )
-            for result in results
-        ),
-    )
+def _row(result: Finding) -> tuple[str, ...]:
+    """Cells of a statement, its formula below its text."""
+    statement = result.statement
+    below = f"<br>${math(statement.latex)}$" if statement.latex else ""
+    says = f"{_cell(statement.says)}{below}"
+    return _cell(statement.equation), says, result.status, f"`{statement.name}`"
 
 
 def _proofs(results: Iterable[Finding]) -> Iterator[str]:
     """Texts of proofs and witnesses, of the statements that have one."""
     for result in results:
         if result.statement.proof:
-            yield f"- `{result.statement.name}`: {text(result.statement.proof)}"
+            yield f"- `{result.statement.name}`: {marked(result.statement.proof)}"
         if result.witness:
             yield f"- `{result.statement.name}`: {point(result)}"
 
@@ -85,7 +85,7 @@ def counts(report: Report) -> str:
 
 def theorems(results: Sequence[Finding]) -> Iterator[str]:
     """Lines of a section: a row a statement, with its formula, then the texts of proofs."""
-    yield from _rows(results)
+    yield from table(("Place", "Statement", "Status", "Identifier"), map(_row, results))
     yield ""
     yield from _proofs(results)
     yield ""
