@@ -49,9 +49,11 @@ def _escape(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
 
 
 def _bars(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
-    """Bars around a name, an absolute value, are no substitution."""
+    """Bars around a name, an absolute value, open no substitution; defaults end the text."""
     lines[:] = [re.sub(r"\|(\w+)\|", r"\|\1\|", line) for line in lines]
     lines[:] = [_code(line) if re.match(r" +\w", line) else line for line in lines]
+    text = re.sub(r"\n\s+:default: ``(.*)``", r"  [default: \1]", "\n".join(lines))
+    lines[:] = text.split("\n")
 
 
 def _outdated(app: Sphinx, *_: object) -> list[str]:
