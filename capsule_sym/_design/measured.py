@@ -20,6 +20,7 @@ OF_STATE = {
     "v_m": (0.0, 1.0, 1.0, 0.0),
 }
 """Measurable quantities, as combinations of (x_r, v_r, v_c, x_c)."""
+_LARGEST = 1e50  # of a column, in its unit: squares and products of larger values would overflow
 ALLOWED = f"t and one or more of {', '.join(OF_STATE)}"
 
 
@@ -46,52 +47,50 @@ def measured(table: Mapping[str, ArrayLike]) -> Measured:
     missing or not ascending.
     """
     check_names(table)
-    names = tuple(name for name in OF_STATE if name in table)
-    if "t" not in table or not names:
-        raise InvalidInput("columns", ", ".join(table) or "none", ALLOWED)
-    columns = {
-        name: evaluation.real(name, values, "real numbers") for name, values in table.items()
-    }
-    times = columns.pop("t")
-    if times.ndim != 1:
-        raise InvalidInput("t", times.shape, "a column of times")
+    names = [name for name in OF_STATE if name in table]
+    columns = {name: evaluation.real(name, table[name], "real numbers") for name in ("t", *names)}
+    if columns["t"].ndim != 1:
+        raise InvalidInput("t", columns["t"].shape, "a column of times")
     for name, values in columns.items():
-        if values.shape != times.shape:
-            raise InvalidInput(name, values.shape, f"{len(times)} values, one for each time")
-    check_values({"t": times, **columns}, range(1, len(times) + 1))
-    parts = []
-    for k, name in enumerate(names):
-        values = columns[name]
-        there = np.isfinite(values)
-        if np.ptp(values[there]) == 0.0 if there.any() else True:
-            raise InvalidInput(name, "constant" if there.any() else "empty", "a column that varies")
-        parts.append((times[there], np.full(there.sum(), k), values[there]))
-    t, column, values = (np.concatenate(one) for one in zip(*parts, strict=True))
-    order = np.argsort(t, kind="stable")
-    return Measured(names, t[order], column[order], values[order], float(times[0]))
-
-
-def check_names(names: Iterable[object]) -> None:
-    """Raises InvalidInput for a column that is unknown or repeated."""
-    seen = set[object]()
+        if values.shape != columns["t"].shape:
+            raise InvalidInput(name, values.shape, f"{len(columns['t'])} values, one for each time")
+    check_values(columns, range(1, len(columns["t"]) + 1))
     for name in names:
+        there = columns[name][np.isfinite(columns[name])]
+        size, varies = (np.abs(there).max(), np.ptp(there)) if len(there) else (0.0, 0.0)
+        if not varies:
+            raise InvalidInput(name, "constant" if len(there) else "empty", "a column that varies")
+        if size > _LARGEST or varies < 1 / _LARGEST:
+            told = f"at most {_LARGEST:g} in size, and of values that differ by {1 / _LARGEST:g}"
+            raise InvalidInput(name, float(size), told)
+    values = np.stack([columns[name] for name in names], axis=1)
+    row, column = np.nonzero(np.isfinite(values))
+    times = columns["t"]
+    return Measured(tuple(names), times[row], column, values[row, column], float(times[0]))
+
+
+def check_names(names: Iterable[str]) -> None:
+    """Raises InvalidInput for columns that are unknown, repeated, or missing."""
+    every = list(names)
+    for name in every:
         if name != "t" and name not in OF_STATE:
             raise InvalidInput("column", name, ALLOWED)
-        if name in seen:
+        if every.count(name) > 1:
             raise InvalidInput("column", name, "there once")
-        seen.add(name)
+    if "t" not in every or len(every) < 2:
+        raise InvalidInput("columns", ", ".join(every) or "none", ALLOWED)
 
 
 def check_values(columns: Mapping[str, NDArray[np.float64]], rows: Sequence[int]) -> None:
     """Raises InvalidInput for the first invalid value of a column, with the number of its row."""
-    bad = {name: (np.isinf(values), "finite, or nan for a gap") for name, values in columns.items()}
-    if (times := columns.get("t")) is not None:
-        bad["t"] = ~np.isfinite(times), "a finite number"
-    for name, (wrong, allowed) in bad.items():
+    for name, values in columns.items():
+        wrong = np.isinf(values) if name != "t" else ~np.isfinite(values)
         if wrong.any():
             at = int(np.argmax(wrong))
-            raise InvalidInput(f"{name} in row {rows[at]}", float(columns[name][at]), allowed)
-    if times is not None and (falls := np.diff(times) <= 0).any():
+            allowed = "a finite number" if name == "t" else "finite, or nan for a gap"
+            raise InvalidInput(f"{name} in row {rows[at]}", float(values[at]), allowed)
+    times = columns["t"]
+    if (falls := np.diff(times) <= 0).any():
         at = int(np.argmax(falls)) + 1
         allowed = f"after {float(times[at - 1])!r}"
         raise InvalidInput(f"t in row {rows[at]}", float(times[at]), allowed)

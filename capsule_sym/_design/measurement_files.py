@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from unicodedata import normalize
@@ -17,9 +18,9 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map import evaluation
 from capsule_sym._map.labelled import package
 
-_ENCODINGS = {b"\xff\xfe\0\0": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 _SEPARATORS = "\t;|,"
-_COMMENT = re.compile(r"\s*(#|%|//|!|--)")
+# A line "sep=;" is for spreadsheets alone.
+_COMMENT = re.compile(r"\s*(#|%|//|!|--|sep=.\s*$)")
 _HEAD = re.compile(
     rf"(t|time|{'|'.join(OF_STATE)})(?:[\s_]*(?:in\s|[\[(/,:]|(?=[\s_]))[\s_]*([^\])]*?)[\])]?)?",
     re.IGNORECASE,
@@ -28,9 +29,9 @@ _TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "μs": 1e-6, "min": 60.0
 _LENGTHS = {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "μm": 1e-6, "nm": 1e-9}
 _SPEEDS = {f"{x}/{t}": a / b for x, a in _LENGTHS.items() for t, b in _TIMES.items()}
 _GAPS = ("", "nan", "na", "n/a", "<na>", "null", "none", "-", "--", "#n/a")
-_SPACES = str.maketrans({" ": "", "\xa0": "", "\u2009": "", "\u202f": "", "'": "", "−": "-"})
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|[+-]?inf(inity)?", re.IGNORECASE)
-_GROUPS = re.compile(r"[+-]?\d{1,3}([.,' \xa0\u2009\u202f]\d{3})+")
+_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}([.,' \xa0\u2009\u202f]\d{3})+")
+_WORD = re.compile(r"[^\d=:;]{1,8}")
+"""A cell in a row of units: short, and not a number."""
 
 
 class Measurements(dict[str, NDArray[np.float64]]):
@@ -98,20 +99,16 @@ def read_measured(path: str | PathLike[str]) -> Measurements:
     """
     file = Path(path)
     heads, columns, rows = _parquet(file) if file.suffix == ".parquet" else _text(file)
-    matches = {head: _HEAD.fullmatch(normalize("NFKC", head.strip())) for head, _ in heads}
-    names = [(m[1].lower() if (m := matches[head]) else head.strip()) for head, _ in heads]
+    matches = [_HEAD.fullmatch(normalize("NFKC", head)) for head, _ in heads]
+    names = [m[1].lower() if m else head for m, (head, _) in zip(matches, heads, strict=True)]
     names = ["t" if name == "time" else name for name in names]
     check_names(names)
-    if "t" not in names or len(names) < 2:
-        raise InvalidInput("columns", ", ".join(names) or "none", ALLOWED)
     found, units = Measurements(), dict[str, str]()
-    for name, (head, below), values in zip(names, heads, columns, strict=True):
-        match = matches[head]
-        unit = ((match[2] if match else "") or below or "").strip("[]() \t")
+    for name, match, (_, below), values in zip(names, matches, heads, columns, strict=True):
+        unit = ((match[2] if match else "") or below).strip("[]() \t")
         known = _TIMES if name == "t" else _LENGTHS if name[0] == "x" else _SPEEDS
-        every = _TIMES | _LENGTHS | _SPEEDS
-        plain = normalize("NFKC", unit).replace(" ", "").replace("µ", "μ")
-        if plain in every and plain not in known:
+        plain = normalize("NFKC", unit).replace(" ", "")
+        if plain in _TIMES | _LENGTHS | _SPEEDS and plain not in known:
             raise InvalidInput(f"unit of {name}", unit, f"one of {', '.join(known)}")
         found[name], units[name] = values * known.get(plain, 1.0), unit
     check_values(found, rows)
@@ -138,113 +135,76 @@ def _parquet(file: Path) -> _Table:
 
 def _text(file: Path) -> _Table:
     """Table of a text file."""
-    try:
-        data = file.read_bytes()
-    except OSError as error:
-        raise InvalidInput("file", str(file), f"readable ({error.strerror})") from error
-    code = next((code for mark, code in _ENCODINGS.items() if data.startswith(mark)), "")
-    if not code and b"\0" in data[:2]:
-        code = "utf-16-be" if data[:1] == b"\0" else "utf-16-le"
-    try:
-        text = data.decode(code or "utf-8")
-    except UnicodeDecodeError:
-        text = data.decode("cp1252", "replace")
-    text = text.lstrip("\ufeff")
-    lines = [(k, line) for k, line in enumerate(re.split(r"\r\n|\r|\n", text), 1) if line.strip()]
-    given = ""
-    if lines and (hint := re.fullmatch(r"\s*sep=(.)\s*", lines[0][1])):
-        given, lines = hint[1], lines[1:]
-    notes = [(k, line) for k, line in lines if _COMMENT.match(line)]
-    lines = [(k, line) for k, line in lines if not _COMMENT.match(line)]
-    if lines and not re.search(r"[^\W\d_]", re.sub(r"(?i)e|nan|na|inf", "", lines[0][1])):
-        # The header may be the last comment above the numbers, as NumPy writes it.
-        above = [(k, _COMMENT.sub("", line)) for k, line in notes if k < lines[0][0]]
-        lines = above[-1:] + lines
-    if not lines:
-        raise InvalidInput("columns", "none", ALLOWED)
-    separator = given or _separator(lines[0][1])
-    rows = list(_split(lines, separator))
-    (_, head), *body = rows
+    (first, head), *body = _rows(file)
     while head and not head[-1]:
         head.pop()
     if not any(_HEAD.fullmatch(normalize("NFKC", cell)) for cell in head):
-        raise InvalidInput(f"header in row {lines[0][0]}", ",".join(head), ALLOWED)
-    below = [""] * len(head)
-    if body and all(not cell or not _is_number(cell) for cell in body[0][1]) and any(body[0][1]):
-        units = [cell.strip("[]() ") for cell in body[0][1]]
-        if all(_is_unit(one) for one in units[: len(head)]) and len(units) >= len(head):
-            below, body = units[: len(head)], body[1:]
+        raise InvalidInput(f"header in row {first}", ",".join(head), ALLOWED)
     for k, row in body:
         while len(row) > len(head) and not row[-1]:
             row.pop()
         if len(row) != len(head):
             told = f"{len(head)} values, as in the header"
-            raise InvalidInput(f"row {k}", separator.join(row), told)
-    mark = _decimal([(k, head[i], cell) for k, row in body for i, cell in enumerate(row)])
-    columns = np.full((len(head), len(body)), np.nan)
-    for j, (k, row) in enumerate(body):
-        for i, cell in enumerate(row):
-            if cell.lower() not in _GAPS:
-                columns[i, j] = _value(f"{head[i]} in row {k}", cell, mark)
-    return list(zip(head, below, strict=True)), list(columns), [k for k, _ in body]
+            raise InvalidInput(f"row {k}", " ".join(row), told)
+    units = [""] * len(head)
+    words = [cell for cell in body[0][1] if cell] if body else []
+    if words and all(_WORD.fullmatch(one) and one.lower() not in _GAPS for one in words):
+        units, body = body[0][1], body[1:]
+    cells = [[(f"{name} in row {k}", row[i]) for k, row in body] for i, name in enumerate(head)]
+    mark = _decimal([one for column in cells for one in column])
+    columns = [np.array([_value(*one, mark) for one in column]) for column in cells]
+    return list(zip(head, units, strict=True)), columns, [k for k, _ in body]
 
 
-def _separator(head: str) -> str:
-    """Separator of the columns of a header; a blank stands for any blanks."""
+def _rows(file: Path) -> list[tuple[int, list[str]]]:
+    """Cells of the header and of each row of numbers below it, with their row in the file."""
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise InvalidInput("file", str(file), f"readable ({error.strerror})") from error
+    try:
+        text = data.decode("utf-16" if b"\0" in data else "utf-8")
+    except UnicodeDecodeError:
+        text = data.decode("cp1252", "replace")
+    text = text.lstrip("\ufeff")
+    every = [(k, line) for k, line in enumerate(re.split(r"\r\n|\r|\n", text), 1) if line.strip()]
+    lines = [(k, line.strip(" ")) for k, line in every if not _COMMENT.match(line)]
+    if lines and not re.search(r"[^\W\d_]", re.sub(r"(?i)e|nan|na|inf", "", lines[0][1])):
+        # The header may be the last comment above the numbers, as NumPy writes it.
+        above = [(k, _COMMENT.sub("", line).strip()) for k, line in every if k < lines[0][0]]
+        lines = above[-1:] + lines
+    if not lines:
+        raise InvalidInput("columns", "none", ALLOWED)
+    first, head = lines[0]
     bare = re.sub(r"\[.*?\]|\(.*?\)", "", head)
-    return next((one for one in _SEPARATORS if one in bare), " ")
+    separator = next((one for one in _SEPARATORS if one in bare), " ")
+    lines[0] = first, re.sub(r"\s+(?=[\[(])", "", head)
+    split = [csv.reader([line], delimiter=separator, skipinitialspace=True) for _, line in lines]
+    cells = [[cell.strip() for cell in next(row)] for row in split]
+    return [(k, row) for (k, _), row in zip(lines, cells, strict=True)]
 
 
-def _split(lines: Sequence[tuple[int, str]], separator: str) -> Iterator[tuple[int, list[str]]]:
-    """Cells of each line, with its row."""
-    for k, line in lines:
-        if separator == " ":
-            line = re.sub(r"\s+(?=[\[(])", "", line.strip()) if k == lines[0][0] else line.strip()
-            yield k, [cell.strip("\"'") for cell in line.split()]
-        else:
-            cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
-            yield k, [cell.strip() for cell in cells]
-
-
-def _is_number(cell: str) -> bool:
-    """True for a number with any marks, or a gap."""
-    bare = cell.translate(_SPACES)
-    return cell.lower() in _GAPS or bool(_NUMBER.fullmatch(re.sub("[.,]", "", bare)))
-
-
-def _is_unit(text: str) -> bool:
-    """True for what may stand in a row of units."""
-    return len(text) <= 8 and not re.search(r"[=:;]", text)
-
-
-def _decimal(cells: Sequence[tuple[int, str, str]]) -> str:
-    """Decimal mark of the cells; raises InvalidInput if a comma may be either mark."""
-    doubtful, commas = None, False
-    for k, name, cell in cells:
-        if "," not in cell:
-            continue
-        if "." in cell:
-            return "," if cell.rindex(",") > cell.rindex(".") else "."
-        if cell.count(",") > 1:
-            return "."
-        if _GROUPS.fullmatch(cell) and not re.match(r"[+-]?0", cell):
-            doubtful = doubtful or (k, name, cell)
-        else:
-            commas = True
-    if doubtful and not commas:
-        k, name, cell = doubtful
-        raise InvalidInput(f"{name} in row {k}", cell, "clear: a decimal comma, or thousands?")
+def _decimal(cells: Sequence[tuple[str, str]]) -> str:
+    """Decimal mark of named cells; raises InvalidInput if a comma may be either mark."""
+    commas = [(field, cell) for field, cell in cells if "," in cell]
+    for _, cell in commas:
+        if "." in cell or cell.count(",") > 1:
+            return "," if cell.rfind(",") > cell.rfind(".") >= 0 else "."
+    if commas and all(_GROUPS.fullmatch(cell) for _, cell in commas):
+        raise InvalidInput(*commas[0], "clear: a decimal comma, or thousands?")
     return "," if commas else "."
 
 
 def _value(field: str, cell: str, mark: str) -> float:
-    """Number in a cell with this decimal mark; raises InvalidInput."""
-    whole, _, fraction = cell.partition(mark)
+    """Number in a cell with this decimal mark, nan for a gap; raises InvalidInput."""
+    if cell.lower() in _GAPS:
+        return math.nan
+    whole, _, fraction = cell.replace("\N{MINUS SIGN}", "-").partition(mark)
     if _GROUPS.fullmatch(whole):
-        whole = re.sub(r"[.,]", "", whole)
-    bare = (whole + "." * bool(fraction) + fraction).translate(_SPACES)
-    if not _NUMBER.fullmatch(bare) or (
-        " " in cell and not _GROUPS.fullmatch(cell.partition(mark)[0])
-    ):
-        raise InvalidInput(field, cell, "a number")
-    return float(re.sub("[dD]", "e", bare))
+        whole = re.sub(r"[^\d+-]", "", whole)
+    try:
+        if "_" in cell:  # which Python allows
+            raise ValueError
+        return float(re.sub("[dD]", "e", f"{whole}.{fraction}" if fraction else whole))
+    except ValueError:
+        raise InvalidInput(field, cell, "a number") from None

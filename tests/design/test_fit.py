@@ -285,9 +285,6 @@ def noise_alone(data):
         (times_1000("x_m", "x_c"), {"x_m", "x_c"}),
         (times_1000("x_c"), {"x_c"}),
         (lambda data: data | {"x_m": data["x_c"], "x_c": data["x_m"]}, {"x_m", "x_c"}),
-        (lambda data: data | {"x_c": 1e-170 * data["x_c"]}, {"x_c"}),
-        (lambda data: {"t": data["t"], "x_c": 1e160 * data["x_c"]}, {"x_c"}),
-        (lambda data: {"t": data["t"], "x_c": 1e-300 * data["x_c"]}, {"x_c"}),
         (noise_alone, {"x_m"}),
     ],
 )
@@ -404,6 +401,8 @@ def test_a_parquet_file_without_pyarrow_names_what_is_missing(tmp_path, monkeypa
         ({"y": np.zeros(60)}, "column = "),
         ({"x_m": np.zeros(60)}, "constant"),
         ({"x_m": np.full(60, np.nan)}, "empty"),
+        ({"x_m": 1e60 * np.arange(60.0)}, "x_m = 5.9e.61: must be at most"),
+        ({"x_m": 1e-60 * np.arange(60.0)}, "x_m = 5.9e-59: must be at most"),
         ({"x_m": np.zeros(59)}, "x_m"),
         ({"t": np.zeros(60)}, "t in row 2"),
         ({"t": np.full(60, np.nan)}, "t in row 1 = nan"),
