@@ -17,8 +17,8 @@ from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.covariance import Errors, correlation, errors_of
 from capsule_sym._design.guesses import best_of, drawn, limits_of, spectral
 from capsule_sym._design.least_squares import LOSSES, Least, Loss, Profile, least
-from capsule_sym._design.measured import measured
-from capsule_sym._design.problem import Misfit, about_trend, spread_of
+from capsule_sym._design.measured import about_trend, measured
+from capsule_sym._design.problem import Misfit
 from capsule_sym._design.quantities import System, dimensionless, record, values_of
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
@@ -137,7 +137,7 @@ class Fit(Result):
 
         Run after run, each in the order of time.
         """
-        return self.found.residuals * self.problem.stretch
+        return self.found.residuals
 
     @property
     def loss(self) -> str:
@@ -404,7 +404,7 @@ def _result(
         status=status,
         message=message,
         evaluations=problem.evaluations,
-        noise=errors.noise * problem.stretch,
+        noise=errors.noise,
         noise_by_column=noise,
         autocorrelation=correlation(found.loss.influence(found.residuals)[0], problem.groups),
         singular_values=errors.singular,
@@ -419,16 +419,15 @@ def _result(
 
 def _noise_by_column(problem: Misfit, found: Least) -> dict[str, float]:
     """Spread of each column's residuals, over that of the column about its trend, by its name."""
-    noise, first = dict[str, float](), 0
+    noise, series = dict[str, float](), 0
     for run in problem.recorded:
         for k, name in enumerate(run.data.names):
-            own, of = problem.groups == first + k, run.data.column == k
-            residuals = found.residuals[own] * (problem.scales[own] / problem.stretch)
-            size = float(np.abs(residuals).max()) or 1.0
-            apart = spread_of(about_trend(run.data.times[of], run.data.values[of])) or 5e-324
-            by = Loss(found.loss.name).spread(residuals / size) * (size / apart)
-            noise[f"{run.name}.{name}" if run.name else name] = by * problem.stretch
-        first += len(run.data.names)
+            own, of = problem.groups == series + k, run.data.column == k
+            spread = about_trend(run.data.times[of], run.data.values[of]).std()
+            residuals = found.residuals[own] * problem.scales[own]
+            by = Loss(found.loss.name).spread(residuals) / (spread or math.nan)
+            noise[f"{run.name}.{name}" if run.name else name] = by
+        series += len(run.data.names)
     return noise
 
 

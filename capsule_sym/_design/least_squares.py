@@ -14,28 +14,20 @@ from capsule_sym._design.problem import Misfit
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 
-_FIRST = "soft_l1", 0.1  # loss and scale of the first fit with a robust loss
-_PRECISE = {"ftol": 1e-14, "xtol": 1e-12, "gtol": 1e-14}
-_STRETCHES = 20  # steps of the search for an end, each longer than the one before
-_LONGER = 1.5
-_ENDED = 1e-6  # of a step: accuracy of the end of an interval
-
-
-def _root(z: Vector) -> tuple[Vector, Vector, Vector]:
-    """The loss soft_l1."""
-    root = np.sqrt(1 + z)
-    return 2 * (root - 1), 1 / root, -0.5 / root**3
-
-
-def _huber(z: Vector) -> tuple[Vector, Vector, Vector]:
-    root, near = np.sqrt(np.maximum(z, 1.0)), z <= 1
-    return np.where(near, z, 2 * root - 1), 1 / root, np.where(near, 0.0, -0.5 / root**3)
-
+_FIRST = 0.1  # scale of the first robust loss, in standard deviations of a series
+_BULK = 2.0  # scale of the final robust loss, in standard deviations of the noise
+_PRECISE = {"ftol": 1e-14, "xtol": 1e-12, "gtol": 1e-14}  # some roundings of doubles, 1e-16
+_STRETCHES = 2.0 ** np.arange(12)  # an end is searched so far off, in half-widths by the errors
+_ENDED = 1e-6  # accuracy of an end, in the same unit
 
 LOSSES: dict[str, Callable[[Vector], tuple[Vector, Vector, Vector]]] = {
     "linear": lambda z: (z, np.ones_like(z), np.zeros_like(z)),
-    "soft_l1": _root,
-    "huber": _huber,
+    "soft_l1": lambda z: (2 * (np.sqrt(1 + z) - 1), (1 + z) ** -0.5, -0.5 * (1 + z) ** -1.5),
+    "huber": lambda z: (
+        np.where(z <= 1, z, 2 * np.sqrt(z) - 1),
+        np.maximum(z, 1) ** -0.5,
+        np.where(z <= 1, 0.0, -0.5 * np.maximum(z, 1) ** -1.5),
+    ),
     "cauchy": lambda z: (np.log1p(z), 1 / (1 + z), -1 / (1 + z) ** 2),
     "arctan": lambda z: (np.arctan(z), 1 / (1 + z**2), -2 * z / (1 + z**2) ** 2),
 }
@@ -87,14 +79,17 @@ class Least(NamedTuple):
 def least(
     problem: Misfit, guess: Vector, limits: tuple[Vector, Vector], loss: str, steps: int
 ) -> Least:
-    """Least squares from a guess, as far as the time limit allows."""
+    """Least squares from a guess, as far as the time limit allows.
+
+    A robust loss begins as soft_l1, whose minimum is easier to reach.
+    """
     guess = np.clip(guess, *limits)
     if loss == "linear":
         return solved(problem, guess, limits, Loss(loss), steps)
-    found = solved(problem, guess, limits, Loss(*_FIRST), steps)
-    for _ in range(2):
-        own = Loss(loss, 2.0 * found.loss.spread(found.residuals, len(guess)) + 1e-300)
-        again = solved(problem, found.x, limits, own, steps)
+    found = solved(problem, guess, limits, Loss("soft_l1", _FIRST), steps)
+    for _ in range(2):  # the second time with the noise that a fit with this loss leaves
+        noise = found.loss.spread(found.residuals, len(guess))
+        again = solved(problem, found.x, limits, Loss(loss, _BULK * noise + 1e-300), steps)
         found = again if math.isfinite(again.cost) else found
     return found
 
@@ -104,40 +99,38 @@ def solved(
 ) -> Least:
     """Least squares with one loss; at the time limit the best of the values tried."""
     count = len(problem.values)
-    nothing = np.full(count, np.nan), np.zeros((count, len(start)))
-    best = Least(start, math.inf, *nothing, False, "", loss)
+    none = np.full(count, np.nan), np.zeros((count, len(start)))
+    best = Least(start, math.inf, *none, False, "", loss)
 
     def residuals(values: Vector) -> Vector:
         nonlocal best
         found, jacobian = problem.at(values)
-        cost = loss.sum(found) / 2
-        if cost < best.cost:
+        if (cost := loss.sum(found) / 2) < best.cost:
             best = Least(values.copy(), cost, found, jacobian, False, "", loss)
         return found
 
     try:
-        how = {"max_nfev": steps, **_PRECISE}
-        with np.errstate(all="ignore"):
-            found = _least_squares(residuals, start, problem.jacobian, limits, loss, **how)
+        found = _least_squares(residuals, start, problem.jacobian, limits, loss, steps, **_PRECISE)
     except TimeUp:
         return best
-    except (ValueError, np.linalg.LinAlgError) as error:  # of numbers that overflow
-        return best._replace(message=str(error))
-    success, message = bool(found.success) and problem.complete(found.x), str(found.message)
+    success = bool(found.success) and problem.complete(found.x)
     jacobian = problem.jacobian(found.x)
-    return Least(found.x, float(found.cost), found.fun, jacobian, success, message, loss)
+    return Least(found.x, float(found.cost), found.fun, jacobian, success, found.message, loss)
 
 
+@np.errstate(all="ignore")
 def _least_squares(
     residuals: Callable[[Vector], Vector],
     start: Vector,
     jacobian: Callable[[Vector], Matrix],
-    bounds: tuple[Vector, Vector],
+    limits: tuple[Vector, Vector],
     loss: Loss,
-    **how: Any,
+    steps: int | None = None,
+    **precise: float,
 ) -> Any:
     """SciPy's result, with unknowns scaled by the Jacobian."""
-    how |= {"bounds": bounds, "x_scale": "jac", "loss": loss.name, "f_scale": loss.scale}
+    how = {"bounds": limits, "x_scale": "jac", "loss": loss.name, "f_scale": loss.scale}
+    how |= {"max_nfev": steps, **precise}
     return package("scipy.optimize").least_squares(residuals, start, jacobian, **how)
 
 
@@ -149,29 +142,22 @@ class Profile:
     ) -> None:
         """`variance` is the sum's growth with the unknown off by a standard error."""
         self.problem, self.found, self.limits, self.k = problem, found, limits, k
-        self.variance = variance
-        self.others = np.arange(len(found.x)) != k
+        self.variance, self.others = variance, np.arange(len(found.x)) != k
         self.guess = found.x[self.others]
 
     def end(self, deviations: float, step: float) -> float:
         """Value at which the sum has grown by `deviations` squared; at most the bound."""
-        value, low, high = self.found.x[self.k], self.limits[0][self.k], self.limits[1][self.k]
+        value, (low, high) = self.found.x[self.k], (ends[self.k] for ends in self.limits)
         if math.isinf(step):  # not identifiable
             return float(high if step > 0 else low)
-        goal = deviations**2
-        for _ in range(_STRETCHES):
-            far = float(np.clip(value + step, low, high))
-            if far == value:
-                return far
-            if self.growth(far) >= goal:
+        for stretch in _STRETCHES:
+            far = float(np.clip(value + stretch * step, low, high))
+            if far != value and self.growth(far) >= deviations**2:
                 brentq: Any = package("scipy.optimize").brentq
-                at: float = brentq(
-                    lambda at: self.growth(at) - goal, value, far, xtol=_ENDED * abs(step)
-                )
-                return at
-            if far in (low, high):
+                accuracy = _ENDED * abs(step)
+                return brentq(lambda at: self.growth(at) - deviations**2, value, far, xtol=accuracy)
+            if far in (value, low, high):
                 return far
-            step *= _LONGER
         return math.copysign(math.inf, deviations)
 
     def growth(self, at: float) -> float:
@@ -181,9 +167,7 @@ class Profile:
         def whole(part: Vector) -> Vector:
             return np.insert(part, self.k, at)
 
-        if not others.any():
-            total = loss.sum(self.problem.residuals(np.array([at])))
-        else:
+        if others.any():
             found = _least_squares(
                 lambda part: self.problem.residuals(whole(part)),
                 self.guess,
@@ -191,5 +175,6 @@ class Profile:
                 (self.limits[0][others], self.limits[1][others]),
                 loss,
             )
-            self.guess, total = found.x, 2 * found.cost
+            self.guess = found.x
+        total = loss.sum(self.problem.residuals(whole(self.guess)))
         return float((total - 2 * self.found.cost) / self.variance)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import evaluation
 
@@ -67,6 +68,11 @@ def measured(table: Mapping[str, ArrayLike]) -> Measured:
     row, column = np.nonzero(np.isfinite(values))
     times = columns["t"]
     return Measured(tuple(names), times[row], column, values[row, column], float(times[0]))
+
+
+def about_trend(times: Vector, values: Vector) -> Vector:
+    """Values without their linear trend in time."""
+    return values - np.polynomial.Polynomial.fit(times, values, 1)(times)
 
 
 def check_names(names: Iterable[str]) -> None:

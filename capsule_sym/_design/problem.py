@@ -13,23 +13,7 @@ from capsule_sym._design.residuals import OF_START, Recorded
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._parameters import SceneDevice
 
-_LOST = 1e3  # residual of a motion that does not reach the last of the times
-_LARGEST = 1e20  # residual of the first guess; powers of much larger ones would overflow
-
-
-def spread_of(values: Vector) -> float:
-    """Standard deviation of values, also where their squares overflow or underflow."""
-    largest = float(np.abs(values).max(initial=0.0)) or 1.0
-    return largest * float((values / largest).std())
-
-
-def about_trend(times: Vector, values: Vector) -> Vector:
-    """Values without their linear trend in time."""
-    along, size = times - times.mean(), float(np.abs(values).max()) or 1.0
-    along, scaled = along / (np.abs(along).max() or 1.0), values / size
-    slope = (along @ scaled) / ((along @ along) or 1.0)
-    found: Vector = size * (scaled - scaled.mean() - slope * along)
-    return found
+_LOST = 1e3  # residual, in standard deviations of its series, of a motion that ends too early
 
 
 class Misfit:
@@ -49,53 +33,51 @@ class Misfit:
         The guess of a shared one is that of the last run. Raises InvalidInput unless there are more
         values than unknowns.
         """
-        self.recorded, self.shared, self.progress = tuple(recorded), tuple(shared), progress
+        self.recorded, self.progress = tuple(recorded), progress
         self.doing, self.evaluations = "", 0
         named = [
             [
-                name if name in shared or not one.name else f"{one.name}.{name}"
-                for name in one.unknown
+                name if name in shared or not run.name else f"{run.name}.{name}"
+                for name in run.unknown
             ]
-            for one in self.recorded
+            for run in self.recorded
         ]
-        every = dict.fromkeys([*self.shared, *(name for names in named for name in names)])
-        self.unknown = tuple(every)
+        self.unknown = tuple(dict.fromkeys([*shared, *(name for names in named for name in names)]))
         self.places = [np.array([self.unknown.index(name) for name in names]) for names in named]
         """Indices of each run's unknowns among all."""
-        self.guess, self.linear = np.zeros(len(every)), np.zeros(len(every), bool)
+        count = len(self.unknown)
+        self.guess, self.linear = np.zeros(count), np.zeros(count, bool)
         for run, places in zip(self.recorded, self.places, strict=True):
             self.guess[places], self.linear[places] = run.guess, run.linear
-        ends = np.cumsum([0, *(len(one.data.values) for one in self.recorded)])
+        self.values = np.concatenate([run.data.values for run in self.recorded])
+        if count >= len(self.values):
+            told = counted(len(self.values), "value")
+            raise InvalidInput("data", told, "more values than unknowns")
+        ends = np.cumsum([0, *(len(run.data.values) for run in self.recorded)])
         self.rows = [slice(*pair) for pair in pairwise(ends.tolist())]
-        self.values = np.concatenate([one.data.values for one in self.recorded])
-        if len(self.unknown) >= len(self.values):
-            raise InvalidInput(
-                "data", counted(len(self.values), "value"), "more values than unknowns"
-            )
-        series = [(one, column) for one in self.recorded for column in range(len(one.data.names))]
+        firsts = np.cumsum([0, *(len(run.data.names) for run in self.recorded)])
         self.groups = np.concatenate(
-            [one.data.column + series.index((one, 0)) for one in self.recorded]
+            [run.data.column + first for run, first in zip(self.recorded, firsts, strict=False)]
         )
         """Series of each value, numbered over all runs, (n,)."""
-        self.scales, self.stretch, self._begun = self._scales(series), 1.0, False
+        self.scales = self._scales()
         self._last: tuple[bytes, Vector, Matrix] | None = None
 
-    def _scales(self, series: Sequence[tuple[Recorded, int]]) -> Vector:
+    def _scales(self) -> Vector:
         """Units of the residuals (n,): standard deviations of series.
 
         In runs with names all series in the same unit share one: those of one camera have the same
         noise, even if a body hardly moves.
         """
-        spread = np.array([spread_of(self.values[self.groups == k]) for k in range(len(series))])
-        if self.recorded[0].name:
-            names = [(one, one.data.names[column]) for one, column in series]
-            kinds = np.array([f"{one.scale_of(name)} {name[0]}" for one, name in names])
-            for kind in set(kinds.tolist()):
-                largest = spread[kinds == kind].max()
-                own = np.sqrt(np.mean((spread[kinds == kind] / largest) ** 2))
-                spread[kinds == kind] = largest * own
-        scales: Vector = spread[self.groups]
-        return scales
+        kinds = [
+            f"{run.scale_of(name)} {name[0]}" if run.name else name
+            for run in self.recorded
+            for name in run.data.names
+        ]
+        spread = np.array([self.values[self.groups == k].std() for k in range(len(kinds))])
+        shared = {kind: np.equal(kinds, kind) for kind in kinds}
+        sizes = np.array([np.sqrt(np.mean(spread[shared[kind]] ** 2)) for kind in kinds])
+        return np.asarray(sizes[self.groups])
 
     @property
     def partly(self) -> bool:
@@ -127,7 +109,7 @@ class Misfit:
 
     def complete(self, values: Vector) -> bool:
         """True if the motion of every run reaches the last of its times."""
-        return bool(np.all(self.at(values)[0] != _LOST))
+        return bool(np.all(self.residuals(values) != _LOST))
 
     def resting(self, values: Vector) -> NDArray[np.bool_]:
         """Mask of unknowns that are velocities of capsules at rest at the first time, (k,)."""
@@ -137,14 +119,12 @@ class Misfit:
                 found[places[run.unknown.index("v_c")]] = run.rests(values[places])
         return found
 
-    def itinerary(self, values: Vector, changed: int | None = None) -> tuple[str, ...]:
-        """Itineraries of all runs, or only of those on which an unknown has an effect."""
-        found = list[str]()
-        for run, places in zip(self.recorded, self.places, strict=True):
-            if changed is None or (changed in places and not self.linear[changed]):
-                self._count()
-                found.append(run.itinerary(values[places]))
-        return tuple(found)
+    def itinerary(self, values: Vector, changed: int) -> list[str]:
+        """Itineraries of the runs on which an unknown has an effect."""
+        pairs = zip(self.recorded, self.places, strict=True)
+        runs = [(run, places) for run, places in pairs if changed in places]
+        self._count(len(runs))
+        return [run.itinerary(values[places]) for run, places in runs]
 
     def sizes(self, values: Vector) -> Vector:
         """Reference sizes for relative changes of the unknowns."""
@@ -152,47 +132,34 @@ class Misfit:
         found[found == 0.0] = 1.0
         for run, places in zip(self.recorded, self.places, strict=True):
             system, data = run.system_at(values[places]), run.data
-            for k, name in zip(places.tolist(), run.unknown, strict=True):
-                kind, _, series = name.partition("_")
+            own = {"slip": 1.0}
+            for name, value in zip(run.unknown, values[places], strict=True):
                 if name in OF_START:
                     unit = system.scale(name) if isinstance(system, SceneDevice) else 1.0
-                    found[k] = max(unit, abs(values[k]))
-                elif name == "slip":
-                    found[k] = 1.0
-                elif kind in ("offset", "drift") and series in data.names:
-                    own = spread_of(data.values[data.column == data.names.index(series)])
-                    found[k] = own / (1.0 if kind == "offset" else np.ptp(data.times))
+                    own[name] = max(unit, abs(value))
+            for k, name in enumerate(data.names):
+                spread = data.values[data.column == k].std()
+                own |= {f"offset_{name}": spread, f"drift_{name}": spread / np.ptp(data.times)}
+            found[places] = [
+                own.get(name, size) for name, size in zip(run.unknown, found[places], strict=True)
+            ]
         return found
 
-    def _count(self) -> None:
-        """Count a run, and report it."""
-        self.evaluations += 1
+    def _count(self, runs: int = 1) -> None:
+        """Count runs, and report them."""
+        self.evaluations += runs
         if self.progress is not None:
             self.progress(f"{self.doing}, {counted(self.evaluations, 'run')}")
 
     def _at(self, values: Vector, slopes: bool) -> tuple[Vector, Matrix]:
-        """Residuals and Jacobian, computed; if the first are huge, all are divided by `stretch`."""
-        residuals, jacobian = self._unstretched(values, slopes)
-        if not self._begun:
-            self._begun = True
-            self.stretch = max(1.0, float(np.abs(residuals).max()) / _LARGEST)
-            self.scales = self.scales * self.stretch
-            residuals, jacobian = residuals / self.stretch, jacobian / self.stretch
-        return residuals, jacobian
-
-    def _unstretched(self, values: Vector, slopes: bool) -> tuple[Vector, Matrix]:
-        """Residuals and Jacobian in units of the present scales."""
-        residuals = np.empty(len(self.values))
-        alone = len(self.recorded) == 1
-        jacobian = np.zeros((0 if alone else len(self.values), len(self.unknown)))
+        """Residuals and Jacobian, computed."""
+        residuals, jacobian = np.empty(len(self.values)), np.zeros((len(self.values), len(values)))
         for run, places, rows in zip(self.recorded, self.places, self.rows, strict=True):
             self._count()
-            model, by, itinerary = run.at(values[places], slopes)
-            by /= self.scales[rows, None]
-            residuals[rows] = model / self.scales[rows] - self.values[rows] / self.scales[rows]
-            if itinerary == "open" or not np.isfinite(residuals[rows]).all():
-                residuals[rows], by[:] = _LOST, 0.0
-            if alone:  # its Jacobian may have a million rows
-                return residuals, by
-            jacobian[rows, places] = by
+            model, by = run.at(values[places], slopes)
+            residuals[rows] = (model - self.values[rows]) / self.scales[rows]
+            if np.isfinite(residuals[rows]).all():
+                jacobian[rows, places] = by / self.scales[rows, None]
+            else:
+                residuals[rows] = _LOST
         return residuals, jacobian

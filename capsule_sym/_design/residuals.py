@@ -109,12 +109,10 @@ class Recorded:
         """True if the capsule rests at the first time, up to a velocity that vanishes at once."""
         still = values.copy()
         still[self.unknown.index("v_c")] = 0.0
-        run, at = self._run(values), STATE.index("v_c")
-        if run.trajectory is None or abs(run.start[at]) > _STILL:
+        run = self._run(still).trajectory
+        if run is None or abs(self._run(values).start[STATE.index("v_c")]) > _STILL:
             return False
-        first = self._run(still).trajectory
-        scene = self.system.scene
-        return first is not None and not drift(int(first.records["field"][0]), scene)
+        return not drift(int(run.records["field"][0]), self.system.scene)
 
     def _run(self, values: Vector) -> _Modelled:
         """Motion at these values."""
@@ -137,8 +135,8 @@ class Recorded:
             lost = True
         return _Modelled(None if lost else run, times, start, units, (phase - reduced) / p.omega)
 
-    def at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix, str]:
-        """Model (n,), its Jacobian (n, k), and the itinerary of the run.
+    def at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix]:
+        """Model (n,), and its Jacobian (n, k).
 
         Without slopes the Jacobian has the linear unknowns alone. The model is nan for a motion
         that does not reach the last of the times.
@@ -146,40 +144,44 @@ class Recorded:
         run, now, count = self._run(values), self.now(values), len(self.data.values)
         found, jacobian = np.full(count, np.nan), np.zeros((count, len(values)))
         if run.trajectory is None:
-            return found, jacobian, run.itinerary
-        scales = np.array([now[one] for one in self._scaled])[self.data.column]
-        rate = 1.0 + now["slip"]
+            return found, jacobian
         for first in range(0, len(self.different), _BLOCK):
             check_time()
             rows = slice(*np.searchsorted(self.which, (first, first + _BLOCK)))
-            which, times = self.which[rows] - first, run.times[first : first + _BLOCK]
-            unit = np.where(self.speeds[rows], run.units[1] * rate, run.units[0])
-            moved = sensitivities(run.trajectory, times) if slopes else None
-            states = run.trajectory(times, position=True) if moved is None else moved.states
-            states = states + run.start[_X_C] * np.eye(4)[3]
-            model = np.sum(self.rows[rows] * states[which], axis=1)
-            found[rows] = unit * model
-            if moved is None:
-                continue
-            chain, position, by_length, by_rate = self._chain(values, run)
-            # Behind a tangential switch there are no derivatives.
-            by = np.where(np.isfinite(moved.slopes), moved.slopes, 0.0) @ chain
-            elapsed = self.different[first : first + _BLOCK] * (rate / run.units[_PHASE])
-            by += moved.rates[..., None] * (elapsed[:, None, None] * by_rate)
-            by[:, 3] += position
-            each = np.einsum("nk,nkj->nj", self.rows[rows], by[which])
-            each += model[:, None] * (by_length + self.speeds[rows, None] * by_rate)
-            jacobian[rows] += each * (unit * scales[rows])[:, None]
-        for k, one in enumerate(self.unknown):
-            kind = one.partition("_")[0]
-            for place, series in enumerate(self.data.names):
-                if one in (self._scaled[place], f"offset_{series}", f"drift_{series}"):
-                    of = self.data.column == place
-                    column = {"scale": found, "drift": self.elapsed}.get(kind, np.ones(count))
-                    jacobian[of, k] = column[of]
-        added = [(now[f"offset_{one}"], now[f"drift_{one}"]) for one in self.data.names]
-        offsets, drifts = np.array(added)[self.data.column].T
-        return scales * found + offsets + drifts * self.elapsed, jacobian, run.itinerary
+            block = slice(first, first + _BLOCK)
+            found[rows], jacobian[rows] = self._quantities(run, values, rows, block, slopes)
+        for place, series in enumerate(self.data.names):
+            of, scale = self.data.column == place, self.scale_of(series)
+            jacobian[of] *= now[scale]
+            terms = {scale: found[of], f"offset_{series}": 1.0, f"drift_{series}": self.elapsed[of]}
+            found[of] = sum(now[name] * by for name, by in terms.items())
+            for name in terms.keys() & self.unknown:
+                jacobian[of, self.unknown.index(name)] = terms[name]
+        return found, jacobian
+
+    def _quantities(
+        self, run: _Modelled, values: Vector, rows: slice, block: slice, slopes: bool
+    ) -> tuple[Vector, Matrix | float]:
+        """Quantities behind some rows of the series, in units of the system, and their Jacobian."""
+        of, which = self.rows[rows], self.which[rows] - block.start
+        speeds, rate = self.speeds[rows], 1.0 + self.now(values)["slip"]
+        unit = np.where(speeds, run.units[STATE.index("v_r")] * rate, run.units[0])
+        times, trajectory = run.times[block], run.trajectory
+        assert trajectory is not None
+        moved = sensitivities(trajectory, times) if slopes else None
+        states = trajectory(times, position=True) if moved is None else moved.states
+        model = np.sum(of * (states + run.start[_X_C] * np.eye(4)[3])[which], axis=1)
+        if moved is None:
+            return unit * model, 0.0
+        chain, position, by_length, by_rate = self._chain(values, run)
+        # Behind a tangential switch there are no derivatives.
+        by = np.where(np.isfinite(moved.slopes), moved.slopes, 0.0) @ chain
+        elapsed = self.different[block] * (rate / run.units[_PHASE])
+        by += moved.rates[..., None] * (elapsed[:, None, None] * by_rate)
+        by[:, 3] += position
+        each = np.einsum("nk,nkj->nj", of, by[which])
+        each += model[:, None] * (by_length + speeds[:, None] * by_rate)
+        return unit * model, unit[:, None] * each
 
     def _chain(self, values: Vector, run: _Modelled) -> tuple[Matrix, Vector, Vector, Vector]:
         """Derivatives of start and parameters by the unknowns (n, k), and of others, each (k,).
