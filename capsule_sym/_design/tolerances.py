@@ -7,6 +7,7 @@ by SciPy. The motion of a sample is the one on which the start settles there.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -40,8 +41,8 @@ from capsule_sym._processes import sobol
 from capsule_sym._systems import check_parameter
 
 _FIRST, _MOST = 64, 1024  # excitation periods before the first test of a run, and at most
-_BLOCK = 4096  # runs between two tests of the time limit
-_SHOWN = 5  # itineraries listed, the most frequent ones
+_BLOCK = 4096  # runs between two tests of the time limit, of some 10 microseconds a period
+_SHOWN = 5  # itineraries that are listed, the most frequent ones
 
 
 class Probability(NamedTuple):
@@ -55,6 +56,9 @@ class Probability(NamedTuple):
         return by_fields(self)
 
 
+_NONE = Probability(math.nan, math.nan, math.nan)
+
+
 @dataclass(frozen=True, eq=False)
 class Tolerances(Result, Labelled):
     """Spread of metrics under tolerances of the parameters, and probabilities of other motions.
@@ -66,29 +70,29 @@ class Tolerances(Result, Labelled):
     """Nominal parameters."""
     names: tuple[str, ...]
     """Names of the k varied parameters."""
-    metrics: tuple[MetricSpread, ...]
-    """Spread of each metric."""
-    samples: int
-    """Number n of samples of the Monte Carlo; the indices take k + 2 runs for each."""
-    itinerary: tuple[str, ...]
-    """Fields of the nominal motion."""
-    periodic: Probability
-    """Probability that the start leads to a periodic motion."""
-    changed: Probability
-    """Probability of another itinerary or period number than the nominal one."""
-    elsewhere: Probability
-    """Probability that the nominal motion exists, but the start leads to another attractor."""
-    lost: Probability
-    """Probability that the nominal motion, continued to the sample, is not stable there."""
-    itineraries: tuple[tuple[str, float], ...]
-    """Most frequent itineraries, with their shares of the samples."""
     parameters: Matrix
     """Values of the parameters in each sample, shape (n, k)."""
     values: Matrix
     """Metrics of each sample, shape (n, metrics); nan if not finite."""
-    status: Status
+    metrics: tuple[MetricSpread, ...] = ()
+    """Spread of each metric."""
+    samples: int = 0
+    """Number n of samples of the Monte Carlo; the indices take k + 2 runs for each."""
+    itinerary: tuple[str, ...] = ()
+    """Fields of the nominal motion."""
+    periodic: Probability = _NONE
+    """Probability that the start leads to a periodic motion."""
+    changed: Probability = _NONE
+    """Probability of another itinerary or period number than the nominal one."""
+    elsewhere: Probability = _NONE
+    """Probability that the nominal motion exists, but the start leads to another attractor."""
+    lost: Probability = _NONE
+    """Probability that the nominal motion, continued to the sample, is not stable there."""
+    itineraries: tuple[tuple[str, float], ...] = ()
+    """Most frequent itineraries, with their shares of the samples."""
+    status: Status = Status.TIME_LIMIT
     """Status of the sampling."""
-    message: str
+    message: str = "time limit reached"
     """Status as a sentence."""
     dimension = "index"
     _recorded = "names samples itinerary periodic changed elsewhere lost itineraries metrics"
@@ -102,17 +106,15 @@ class Tolerances(Result, Labelled):
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
         """Sobol's indices as arrays of shape (n,): one row for each metric and parameter."""
-        pairs = [(one, k) for one in self.metrics for k in range(len(self.names))]
-        return {
-            "metric": np.array([one.metric for one, _ in pairs], np.str_),
-            "parameter": np.array([self.names[k] for _, k in pairs], np.str_),
-            "first_order": np.array([one.first[k] for one, k in pairs]),
-            "first_order_low": np.array([one.first_interval[k, 0] for one, k in pairs]),
-            "first_order_high": np.array([one.first_interval[k, 1] for one, k in pairs]),
-            "total": np.array([one.total[k] for one, k in pairs]),
-            "total_low": np.array([one.total_interval[k, 0] for one, k in pairs]),
-            "total_high": np.array([one.total_interval[k, 1] for one, k in pairs]),
+        found: dict[str, Any] = {
+            "metric": np.repeat([one.metric for one in self.metrics], len(self.names)),
+            "parameter": np.tile(self.names, len(self.metrics)),
         }
+        for name, of in {"first_order": "first", "total": "total"}.items():
+            found[name] = np.ravel([getattr(one, of) for one in self.metrics])
+            ends = np.reshape([getattr(one, f"{of}_interval") for one in self.metrics], (-1, 2))
+            found[f"{name}_low"], found[f"{name}_high"] = ends.T
+        return found
 
 
 def tolerances(
@@ -198,21 +200,17 @@ def tolerances(
     # The two halves of the columns are two samples, which the indices combine.
     cubes = sobol(2 * len(spread), samples, seed).clip(2.0**-53, 1 - 2.0**-53)
     one, other = (
-        np.array([spread[name].ppf(part) for name, part in zip(spread, half.T, strict=True)]).T
+        np.stack([by.ppf(part) for by, part in zip(spread.values(), half.T, strict=True)], axis=1)
         for half in np.split(cubes, 2, axis=1)
     )
-    nominal = np.array([float(getattr(system, name)) for name in spread])
+    nominal = [float(getattr(system, name)) for name in spread]
     mixed = [np.where(np.arange(len(spread)) == k, other, one) for k in range(len(spread))]
     every = np.vstack([nominal, one, other, *mixed])
     program = _program(functions[0], system, tuple(spread), every, start, progress)
+    found = Tolerances(system, program.names, every[:0], np.empty((0, len(functions))))
     with Watch(checked_seconds(max_seconds)):
-        return _sampled(program, functions, every, samples, seed)
-    none = Probability(math.nan, math.nan, math.nan)
-    empty, names = np.empty((0, len(spread))), tuple(spread)
-    return Tolerances(
-        system, names, (), 0, (), none, none, none, none, (), empty,
-        np.empty((0, len(functions))), Status.TIME_LIMIT, "time limit reached",
-    )  # fmt: skip
+        found = _sampled(program, functions, every, samples, seed)
+    return found
 
 
 def _distributions(over: Mapping[str, Any], system: System) -> dict[str, Any]:
@@ -244,7 +242,7 @@ def _program(
     progress: Callable[[str], object] | None,
 ) -> Program:
     """Problem whose bounds are the ranges of the samples; raises InvalidInput."""
-    over = dict(zip(names, zip(values.min(axis=0), values.max(axis=0), strict=True), strict=True))
+    over = dict(zip(names, np.array([values.min(axis=0), values.max(axis=0)]).T, strict=True))
     for name, (low, high) in over.items():
         least, most = allowed(system, name)
         if not (np.isfinite([low, high]).all() and least <= low < high <= most):
@@ -262,7 +260,7 @@ def _sampled(
 ) -> Tolerances:
     """Result of the samples: the nominal values, both samples (n, k), and their combinations."""
     grid = Grid(program, program.scenarios[0], (every - program.low) / (program.high - program.low))
-    state, parts = program.scenarios[0].state, []
+    state, parts = program.scenarios[0].state, list[Settled]()
     for first in range(0, grid.count, _BLOCK):
         program.tell(f"{first:,} of {counted(grid.count, 'run')}")
         rows = grid.rows[first : first + _BLOCK]
@@ -273,33 +271,30 @@ def _sampled(
             raise InvalidInput("start", state, told)
     motions = joined(parts)
     known = grid.metrics(motions.found)
-    metrics = np.array([grid.valued(function, known) for function in functions]).T
+    metrics = np.stack([grid.valued(function, known) for function in functions], axis=1)
     metrics[(motions.period_numbers <= 0)[:, None] | ~np.isfinite(metrics)] = np.nan
-    one, other, *mixed = np.split(metrics[1:], len(program.names) + 2)
-    own, found = (
+    nominal, found = (
         Settled(motions.found.of(some), motions.period_numbers[some])
         for some in (slice(1), slice(1, n + 1))
     )
-    branch = own.branch(0)
-    branches = [found.branch(i) if found.period_numbers[i] > 0 else () for i in range(n)]
-    kept, there = continued(own, grid.rows[0], found, grid.rows[1 : n + 1])
-    texts, counts = np.unique([_shown(each) for each in branches], return_counts=True)
-    order = np.argsort(-counts, kind="stable")[:_SHOWN]
+    branches = [motions.branch(i) if motions.period_numbers[i] > 0 else () for i in range(n + 1)]
+    own, *others = branches
+    kept, there = continued(nominal, grid.rows[0], found, grid.rows[1 : n + 1])
+    values = metrics[1:].reshape(-1, n, len(functions))
+    common = Counter(map(_shown, others)).most_common(_SHOWN)
     return Tolerances(
         system=program.system,
         names=program.names,
-        metrics=spreads(
-            [named(one) for one in functions], metrics[0], (one, other, np.array(mixed)), seed
-        ),
+        metrics=spreads([named(one) for one in functions], metrics[0], values, seed),
         samples=n,
-        itinerary=tuple(f"F{field}" for field in branch[1:]),
+        itinerary=tuple(f"F{field}" for field in own[1:]),
         periodic=_probability(found.period_numbers > 0),
-        changed=_probability([each != branch for each in branches]),
+        changed=_probability([each != own for each in others]),
         elsewhere=_probability(there & ~kept),
         lost=_probability(~there),
-        itineraries=tuple((str(texts[i]), float(counts[i] / n)) for i in order),
+        itineraries=tuple((text, count / n) for text, count in common),
         parameters=every[1 : n + 1],
-        values=one,
+        values=values[0],
         status=Status.FINISHED,
         message=counted(n, "sample"),
     )

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._map.labelled import package
@@ -17,8 +18,8 @@ from capsule_sym._map.result import by_fields
 
 QUANTILES = 0.025, 0.25, 0.5, 0.75, 0.975
 """Shares of the samples below the listed quantiles."""
-_RESAMPLED = range(200)  # for the intervals of the indices
-_INTERVAL = 0.025, 0.975
+_RESAMPLED = range(200)  # samples for intervals of the indices, whose ends are five of them
+_INTERVAL = 0.025, 0.975  # shares of these below the ends
 
 
 class MetricSpread(NamedTuple):
@@ -46,44 +47,49 @@ class MetricSpread(NamedTuple):
         return by_fields(self)
 
 
-def _indices(values: Sequence[Matrix], chosen: Any) -> tuple[Vector, Vector]:
-    """Sobol's indices, of first order and total, from some of the samples."""
-    # The output is given twice: for one output of one parameter SciPy returns no array.
-    a, b, ab = (np.stack([part[..., chosen]] * 2, axis=-2) for part in values)
-    stats = package("scipy.stats")
-    found = stats.sobol_indices(func={"f_A": a, "f_B": b, "f_AB": ab}, n=a.shape[-1])
-    return found.first_order.reshape(2, -1)[0], found.total_order.reshape(2, -1)[0]
-
-
 def spreads(
-    names: Sequence[str], nominal: Vector, values: tuple[Matrix, Matrix, Matrix], seed: int
+    names: Sequence[str], nominal: Vector, values: Sequence[Matrix], seed: int
 ) -> tuple[MetricSpread, ...]:
-    """Spread of each metric, from both samples and their combinations, (k, n, metrics)."""
-    rng, found = np.random.default_rng(seed), []
-    for j, name in enumerate(names):
-        one, other, mixed = (part[..., j] for part in values)
-        numbers = one[np.isfinite(one)]
-        share = float(np.mean([np.isfinite(part).mean() for part in (one, other, *mixed)]))
-        mean = float(numbers.mean()) if len(numbers) else math.nan
-        filled = [np.where(np.isfinite(part), part, mean) for part in (one, other, mixed)]
-        first = total = np.full(len(mixed), math.nan)
-        ends = [np.full((len(mixed), 2), math.nan)] * 2
-        if len(numbers) and np.ptp(np.concatenate(filled[:2])) > 0:
-            first, total = _indices(filled, slice(None))
-            again = [_indices(filled, rng.integers(0, len(one), len(one))) for _ in _RESAMPLED]
-            ends = list(np.quantile(again, _INTERVAL, axis=0).transpose(1, 2, 0))
-        found.append(
-            MetricSpread(
-                name,
-                float(nominal[j]),
-                mean,
-                float(numbers.std()) if len(numbers) else math.nan,
-                tuple(np.quantile(numbers, QUANTILES).tolist()) if len(numbers) else (),
-                first,
-                ends[0],
-                total,
-                ends[1],
-                share,
-            )
+    """Spread of each metric, from two samples (n, metrics) and their combinations.
+
+    `values` are both samples, and for each parameter the first with that parameter of the second.
+    """
+    rng, known = np.random.default_rng(seed), [part[np.isfinite(part)] for part in values[0].T]
+    means = np.array([part.mean() if len(part) else math.nan for part in known])
+    filled = np.where(np.isfinite(values), values, means).swapaxes(1, 2)
+    count = filled.shape[2]
+    resampled = [rng.integers(0, count, count) for _ in _RESAMPLED]
+    found = np.array([_indices(filled, some) for some in (np.arange(count), *resampled)])
+    # The first of the axes: the samples themselves, and others drawn from them.
+    varies = np.ptp(filled[:2], axis=(0, 2)) > 0
+    found = np.where(varies[:, None], found, math.nan)
+    indices, ends = found[0], np.moveaxis(np.quantile(found[1:], _INTERVAL, axis=0), 0, -1)
+    shares = np.isfinite(values).mean(axis=(0, 1))
+    return tuple(
+        MetricSpread(
+            metric=name,
+            nominal=float(nominal[j]),
+            mean=float(means[j]),
+            deviation=float(known[j].std()) if len(known[j]) else math.nan,
+            quantiles=tuple(np.quantile(known[j], QUANTILES).tolist()) if len(known[j]) else (),
+            first=indices[0, j],
+            first_interval=ends[0, j],
+            total=indices[1, j],
+            total_interval=ends[1, j],
+            numbers=float(shares[j]),
         )
-    return tuple(found)
+        for j, name in enumerate(names)
+    )
+
+
+def _indices(values: Matrix, some: NDArray[np.int64]) -> Matrix:
+    """Sobol's indices, of first order and total, from some of the samples, (2, metrics, k)."""
+    a, b, *ab = values[..., some]
+    # The last output is given twice: for one output of one parameter SciPy returns no array.
+    a, b, ab = (np.insert(part, 0, part[..., 0, :], axis=-2) for part in (a, b, np.array(ab)))
+    with np.errstate(all="ignore"):
+        found = package("scipy.stats").sobol_indices(
+            func={"f_A": a, "f_B": b, "f_AB": ab}, n=len(some)
+        )
+    shape = len(a), len(ab)
+    return np.array([found.first_order.reshape(shape), found.total_order.reshape(shape)])[:, 1:]
