@@ -19,14 +19,13 @@ from capsule_sym._design.guesses import best_of, drawn, limits_of, spectral
 from capsule_sym._design.least_squares import LOSSES, Least, Loss, Profile, least
 from capsule_sym._design.measured import about_trend, measured
 from capsule_sym._design.problem import Misfit
-from capsule_sym._design.quantities import System, dimensionless, record, values_of
-from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
+from capsule_sym._design.quantities import System, record, values_of
+from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded, period_of
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map import checks
 from capsule_sym._map.labelled import package
 from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._native import Watch, check_time
-from capsule_sym._parameters import SceneDevice
 from capsule_sym._systems import check_parameter
 
 
@@ -47,7 +46,7 @@ class FitStatus(StrEnum):
     TIME_LIMIT = "time-limit"
 
 
-_POOR = 0.5  # noise of a column, over its spread, from which on a fit does not explain it
+_POOR = 0.5  # noise of a column, over its spread: a quarter of its variance is unexplained
 _AT_BOUND = 1e-6  # distance from a bound, over the size of the value, that counts as none
 
 
@@ -213,9 +212,8 @@ class Fit(Result):
         deviations, ends = self.deviations(level), [math.nan, math.nan]
         k = list(self.values).index(name)
         with Watch(checks.checked_seconds(max_seconds)):
-            for i, sign in enumerate((-1, 1)):
+            for i, far in enumerate((-deviations, deviations)):
                 profile = Profile(self.problem, self.found, self.limits, k, self.growth[k])
-                far = sign * deviations
                 ends[i] = profile.end(far, far * self.standard_errors[name])
         return ends[0], ends[1]
 
@@ -317,8 +315,7 @@ def fit(
         check_parameter("unknown", name, system, *OF_START)
     if not unknown or len(set(unknown)) < len(unknown):
         raise InvalidInput("unknown", ", ".join(unknown), "one or more different names")
-    period = dimensionless(system).period
-    checks.check_phase(phase, system.time(period) if isinstance(system, SceneDevice) else period)
+    checks.check_phase(phase, period_of(system))
     given = dict(zip(STATE, checks.checked_state(state), strict=True)) | {PHASE: phase}
     run = Recorded(measured(data), system, tuple(unknown), given)
     problem = Misfit([run], unknown, progress)
@@ -357,64 +354,61 @@ def fitted(
         border = _border(problem, best.x, errors.standard, *limits)
     best = min(found, key=lambda one: one.cost)
     errors = errors or errors_of(problem, best)
-    return _result(problem, best, errors, limits, border)
-
-
-def _result(
-    problem: Misfit,
-    found: Least,
-    errors: Errors,
-    limits: tuple[Vector, Vector],
-    border: str | None,
-) -> Fit:
-    """Result of the best least squares; a border of None means that the time limit was reached."""
-    values = found.x
-    status = FitStatus.CONVERGED if found.success else FitStatus.NOT_CONVERGED
-    message = "the least squares converged" if found.success else found.message
-    # The least squares stay a little within the bounds.
-    least = np.minimum(values - limits[0], limits[1] - values)
-    bound = least <= _AT_BOUND * problem.sizes(values)
-    noise = _noise_by_column(problem, found)
-    poor = [f"{by:.2g} of the spread of {one}" for one, by in noise.items() if not by < _POOR]
+    noise = _noise_by_column(problem, best)
+    status, message = _status(problem, best, errors, limits, noise)
     if border is None:
         status, message = FitStatus.TIME_LIMIT, "time limit reached: best values so far"
-    elif poor:
-        status = FitStatus.UNEXPLAINED if found.success else status
-        message = f"the noise is {', '.join(poor)}: try starts=64, other guesses, and check units"
-        message += "" if found.success else f" ({found.message})"
-    elif errors.lost:
-        apart = [
-            name
-            for name, error in zip(problem.unknown, errors.standard, strict=True)
-            if math.isinf(error)
-        ]
-        status = FitStatus.NOT_IDENTIFIABLE
-        message = f"the measurements do not determine {', '.join(apart)}"
-    elif bound.any():
-        names = [name for name, at in zip(problem.unknown, bound, strict=True) if at]
-        status = FitStatus.AT_BOUND if found.success else status
-        message += f", with {', '.join(names)} at a bound: try wider bounds"
     problem.progress = None
     pairs = zip(problem.recorded, problem.places, strict=True)
     return Fit(
-        runs=tuple(_run(run, values[places]) for run, places in pairs),
-        values=dict(zip(problem.unknown, values.tolist(), strict=True)),
-        standard_errors=dict(zip(problem.unknown, errors.standard.tolist(), strict=True)),
+        runs=tuple(_run(run, best.x[places]) for run, places in pairs),
+        values=problem.named(best.x),
+        standard_errors=problem.named(errors.standard),
         covariance=errors.covariance,
         status=status,
         message=message,
         evaluations=problem.evaluations,
         noise=errors.noise,
         noise_by_column=noise,
-        autocorrelation=correlation(found.loss.influence(found.residuals)[0], problem.groups),
+        autocorrelation=correlation(best.loss.influence(best.residuals)[0], problem.groups),
         singular_values=errors.singular,
         open_combinations=errors.lost,
         border=border or "",
         problem=problem,
         limits=limits,
-        found=found,
+        found=best,
         growth=errors.growth,
     )
+
+
+def _status(
+    problem: Misfit,
+    found: Least,
+    errors: Errors,
+    limits: tuple[Vector, Vector],
+    noise: Mapping[str, float],
+) -> tuple[FitStatus, str]:
+    """Status of the best least squares, and the status as a sentence."""
+    status, message = FitStatus.NOT_CONVERGED, found.message
+    if found.success:
+        status, message = FitStatus.CONVERGED, "the least squares converged"
+    poor = [f"{by:.2g} of the spread of {one}" for one, by in noise.items() if not by < _POOR]
+    apart = [name for name, by in problem.named(errors.standard).items() if math.isinf(by)]
+    # The least squares stay a little within the bounds.
+    room = np.minimum(found.x - limits[0], limits[1] - found.x) / problem.sizes(found.x)
+    bound = [name for name, by in problem.named(room).items() if by <= _AT_BOUND]
+    if poor:
+        status = FitStatus.UNEXPLAINED if found.success else status
+        reason = "" if found.success else f" ({found.message})"
+        advice = "try starts=64, other guesses, and check units"
+        message = f"the noise is {', '.join(poor)}: {advice}{reason}"
+    elif errors.lost:
+        status = FitStatus.NOT_IDENTIFIABLE
+        message = f"the measurements do not determine {', '.join(apart)}"
+    elif bound:
+        status = FitStatus.AT_BOUND if found.success else status
+        message += f", with {', '.join(bound)} at a bound: try wider bounds"
+    return status, message
 
 
 def _noise_by_column(problem: Misfit, found: Least) -> dict[str, float]:
@@ -439,21 +433,18 @@ def _run(run: Recorded, values: Vector) -> FittedRun:
         for one in run.data.names
     }
     x_r, v_r, v_c = (now[one] for one in STATE)
-    return FittedRun(
-        run.name, run.system_at(values), (x_r, v_r, v_c), now[PHASE], now["slip"], series
-    )
+    system, state = run.system_at(values), (x_r, v_r, v_c)
+    return FittedRun(run.name, system, state, now[PHASE], now["slip"], series)
 
 
 def _border(problem: Misfit, values: Vector, errors: Vector, low: Vector, high: Vector) -> str:
     """Name of a value within whose standard error the itinerary changes; empty if there is none."""
     problem.doing = "itineraries beside it"
-    for i, name in enumerate(problem.unknown):
-        if problem.linear[i]:
-            continue
+    for i in np.flatnonzero(~problem.linear & np.isfinite(errors)):
         itinerary = problem.itinerary(values, i)
         for sign in (-1.0, 1.0):
             moved = values.copy()
-            moved[i] += sign * errors[i] if math.isfinite(errors[i]) else 0.0
-            if low[i] <= moved[i] <= high[i] and problem.itinerary(moved, i) != itinerary:
-                return name
+            moved[i] = np.clip(moved[i] + sign * errors[i], low[i], high[i])
+            if problem.itinerary(moved, i) != itinerary:
+                return problem.unknown[i]
     return ""

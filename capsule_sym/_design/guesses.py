@@ -12,13 +12,12 @@ from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.measured import about_trend
 from capsule_sym._design.problem import Misfit
 from capsule_sym._design.quantities import allowed, dimensionless
-from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
+from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded, period_of, units_of
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map import simulate
 from capsule_sym._map.checks import checked_ends
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
-from capsule_sym._parameters import SceneDevice
 from capsule_sym._processes import sobol
 from capsule_sym._systems import drives
 
@@ -67,7 +66,7 @@ def drawn(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: int)
     for run, places in zip(problem.recorded, problem.places, strict=True):
         for k, name in zip(places.tolist(), run.unknown, strict=True):
             if name == PHASE and not bounded[k]:
-                first[k], last[k] = 0.0, _period(run, guess[places])
+                first[k], last[k] = 0.0, period_of(run.system_at(guess[places]))
             if problem.linear[k] or name in run.sought or (name, high[k]) == ("slip", SLIPS[1]):
                 first[k] = last[k] = guess[k]
     return list(first + sobol(len(first), count, seed) * (last - first))
@@ -130,28 +129,20 @@ def begun(problem: Misfit, values: Vector) -> tuple[Vector, float]:
 
 def _starts(run: Recorded, values: Vector) -> Matrix:
     """Values of a run's unknowns with the phases and starts to try, a row for each."""
-    now, period, system = run.now(values), _period(run, values), run.system_at(values)
-    phases = np.array([now[PHASE]])
+    system = run.system_at(values)
+    period = period_of(system)
+    phases = np.array([run.now(values)[PHASE]])
     if PHASE in run.sought:
         phases = np.arange(_PHASES) * (period / _PHASES)
-    p = dimensionless(system)
+    p, states = dimensionless(system), np.zeros((len(phases), len(STATE)))
     steady = simulate(p, (0.0, 0.0, 0.0), periods=_SETTLED + 1)
-    states = np.zeros((len(phases), 3))
     if steady.success:
-        states = steady(p.period * (_SETTLED + (phases / period) % 1.0))[:, :3]
-    if isinstance(system, SceneDevice):
-        states = states * [system.scale(name) for name in STATE]
+        states = steady(p.period * (_SETTLED + (phases / period) % 1.0))[:, : len(STATE)]
+    starts = dict(zip(STATE, states.T * units_of(system)[: len(STATE), None], strict=True))
     found = np.tile(values, (len(phases), 1))
-    for name, column in zip((*STATE, PHASE), (*states.T, phases), strict=True):
-        if name in run.sought:
-            found[:, run.unknown.index(name)] = column
+    for name in run.sought:
+        found[:, run.unknown.index(name)] = starts.get(name, phases)
     return found
-
-
-def _period(run: Recorded, values: Vector) -> float:
-    """Period of the forcing, in the system's unit of time."""
-    system = run.system_at(values)
-    return math.tau / system.rate if isinstance(system, SceneDevice) else system.period
 
 
 def _solved(problem: Misfit, values: Vector) -> tuple[Vector, float]:

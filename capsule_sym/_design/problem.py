@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.residuals import OF_START, Recorded
+from capsule_sym._design.residuals import Recorded
 from capsule_sym._errors import InvalidInput, counted
-from capsule_sym._parameters import SceneDevice
 
 _LOST = 1e3  # residual, in standard deviations of its series, of a motion that ends too early
 
@@ -46,9 +45,10 @@ class Misfit:
         self.places = [np.array([self.unknown.index(name) for name in names]) for names in named]
         """Indices of each run's unknowns among all."""
         count = len(self.unknown)
-        self.guess, self.linear = np.zeros(count), np.zeros(count, bool)
+        (self.guess, self.least), self.linear = np.zeros((2, count)), np.zeros(count, bool)
         for run, places in zip(self.recorded, self.places, strict=True):
-            self.guess[places], self.linear[places] = run.guess, run.linear
+            self.guess[places], self.least[places] = run.guess, run.sizes
+            self.linear[places] = run.linear
         self.values = np.concatenate([run.data.values for run in self.recorded])
         if count >= len(self.values):
             told = counted(len(self.values), "value")
@@ -126,24 +126,14 @@ class Misfit:
         self._count(len(runs))
         return [run.itinerary(values[places]) for run, places in runs]
 
+    def named(self, values: Vector) -> dict[str, float]:
+        """Values by the names of the unknowns."""
+        return dict(zip(self.unknown, values.tolist(), strict=True))
+
     def sizes(self, values: Vector) -> Vector:
         """Reference sizes for relative changes of the unknowns."""
-        found = np.maximum(np.abs(values), np.abs(self.guess))
-        found[found == 0.0] = 1.0
-        for run, places in zip(self.recorded, self.places, strict=True):
-            system, data = run.system_at(values[places]), run.data
-            own = {"slip": 1.0}
-            for name, value in zip(run.unknown, values[places], strict=True):
-                if name in OF_START:
-                    unit = system.scale(name) if isinstance(system, SceneDevice) else 1.0
-                    own[name] = max(unit, abs(value))
-            for k, name in enumerate(data.names):
-                spread = data.values[data.column == k].std()
-                own |= {f"offset_{name}": spread, f"drift_{name}": spread / np.ptp(data.times)}
-            found[places] = [
-                own.get(name, size) for name, size in zip(run.unknown, found[places], strict=True)
-            ]
-        return found
+        found = np.maximum(np.abs(values), self.least)
+        return np.where(found == 0.0, 1.0, found)
 
     def _count(self, runs: int = 1) -> None:
         """Count runs, and report them."""

@@ -80,7 +80,12 @@ class Recorded:
         self.speeds = np.array([one.startswith("v") for one in data.names])[column]
         self.different, self.which = np.unique(data.times - data.begin, return_inverse=True)
         self.elapsed = self.different[self.which]
-        self._scaled = [self.scale_of(series) for series in data.names]
+        least = {"slip": 1.0} | dict(zip(OF_START, units_of(system).tolist(), strict=True))
+        for k, one in enumerate(data.names):
+            spread = data.values[column == k].std()
+            least |= {f"offset_{one}": spread, f"drift_{one}": spread / self.elapsed.max()}
+        self.sizes = np.array([max(abs(self.base[one]), least.get(one, 0.0)) for one in unknown])
+        """Reference sizes for relative changes of the unknowns; 0 if there is none."""
 
     @property
     def linear(self) -> tuple[bool, ...]:
@@ -117,9 +122,7 @@ class Recorded:
     def _run(self, values: Vector) -> _Modelled:
         """Motion at these values."""
         now, system = self.now(values), self.system_at(values)
-        p, units = dimensionless(system), np.ones(len(OF_START))
-        if isinstance(system, SceneDevice):
-            units = np.array([system.scale(name) for name in OF_START])
+        p, units = dimensionless(system), units_of(system)
         start = np.array([now[name] for name in OF_START]) / units
         phase = float(start[_PHASE])
         reduced = phase % p.period
@@ -203,6 +206,18 @@ class Recorded:
         by_length, by_time = (units[name].slope / units[name].value for name in ("x_c", "phase"))
         by_slip = now.slip.slope / (1.0 + now.slip.value)
         return chain, own["x_c"].slope, by_length, by_slip - by_time
+
+
+def units_of(system: System) -> Vector:
+    """Units of the start, in the order of OF_START."""
+    if isinstance(system, SceneDevice):
+        return np.array([system.scale(name) for name in OF_START])
+    return np.ones(len(OF_START))
+
+
+def period_of(system: System) -> float:
+    """Excitation period, in the system's unit of time."""
+    return float(dimensionless(system).period * units_of(system)[_PHASE])
 
 
 def observed(series: tuple[str, ...]) -> dict[str, float]:
