@@ -26,8 +26,7 @@ from capsule_sym._map.result import by_fields
 from capsule_sym._parameters import names_of
 from capsule_sym._systems import drives
 
-_OF_RUN = ("name", "file", "state", "phase")
-_OF_RIG = ("unknown", "each", "scale", "slip", "bounds", "run")
+_KEYS = ("unknown", "each", "scale", "slip", "bounds", "run")  # of the file of a rig
 
 
 @checked
@@ -165,35 +164,32 @@ def recorded(rig: Rig, system: System) -> list[Recorded]:
     well = all(isinstance(name, str) and name and "." not in name for name in names)
     if not well or len(set(names)) < len(names):
         raise InvalidInput("name", names, "a different name for each run, without a dot")
+    if not real(rig.scale) or rig.scale <= 0:
+        raise InvalidInput("scale", rig.scale, "a finite number above 0")
+    if not real(rig.slip) or not SLIPS[0] <= rig.slip <= SLIPS[1]:
+        raise InvalidInput("slip", rig.slip, f"from {SLIPS[0]:g} to {SLIPS[1]:g}")
     return [_recorded(rig, run, system) for run in rig.runs]
 
 
 def _recorded(rig: Rig, run: RigRun, system: System) -> Recorded:
     """One of the runs."""
-    with _within(run.name):
-        data = measured(run.data)
-    own = names_of(system)
     for name in [*drives(system)][:2]:
         if name not in run.drive:
             raise InvalidInput(f"{run.name}: {name}", "missing", "given for each run")
     for name, value in run.drive.items():
-        check_one_of(f"{run.name}: parameter", name, own)
+        check_one_of(f"{run.name}: parameter", name, names_of(system))
         if name in rig.unknown:
             raise InvalidInput(f"{run.name}: {name}", value, "absent, as an unknown of all runs")
-    unknown = _unknown(rig, data.names, own)
+    with _within(run.name):
+        data, driven = measured(run.data), system.replace(**run.drive)
+    unknown = _unknown(rig, data.names, names_of(system))
     given = {name: rig.scale for name in ("scale", *unknown) if name.startswith("scale")}
     given["slip"] = rig.slip
     if run.state is not None:
         given |= dict(zip(STATE, checked_state(run.state), strict=True))
     if run.phase is not None:
         given[PHASE] = run.phase
-    if not real(rig.scale) or rig.scale <= 0:
-        raise InvalidInput("scale", rig.scale, "a finite number above 0")
-    if not real(rig.slip) or not SLIPS[0] <= rig.slip <= SLIPS[1]:
-        raise InvalidInput("slip", rig.slip, f"from {SLIPS[0]:g} to {SLIPS[1]:g}")
     sought = tuple(name for name in (*STATE, PHASE) if name in unknown and name not in given)
-    with _within(run.name):
-        driven = system.replace(**run.drive)
     return Recorded(data, driven, unknown, given, run.name, sought)
 
 
@@ -208,20 +204,18 @@ def _within(name: str) -> Iterator[None]:
 
 def _unknown(rig: Rig, series: Sequence[str], own: Sequence[str]) -> tuple[str, ...]:
     """Unknowns of a run with these series, without those that have no meaning for them."""
-    positions = [name for name in series if name.startswith("x")]
-    drifts, offsets = ([f"{kind}_{one}" for one in positions] for kind in ("drift", "offset"))
     scales = [f"scale_{one}" for one in OF_STATE]
-    allowed = [*own, *STATE, PHASE, "slip", "scale", *scales, "drift"]
     named = [*rig.unknown, *rig.each]
     for name in named:
-        check_one_of("unknown", name, allowed)
+        check_one_of("unknown", name, [*own, *STATE, PHASE, "slip", "scale", *scales, "drift"])
     if len(set(named)) < len(named):
         raise InvalidInput("unknown", ", ".join(named), "different names")
     if "drift" in rig.unknown:
         raise InvalidInput("unknown", "drift", "among `each`, since each series has its own")
-    left = [one for one in scales if one.removeprefix("scale_") not in series]
-    found = [name for name in named if name not in (*left, "drift")]
-    return (*found, *(drifts if "drift" in named else ()), *offsets)
+    left = {"drift", *(f"scale_{one}" for one in OF_STATE if one not in series)}
+    kinds = ["drift", "offset"] if "drift" in named else ["offset"]
+    linear = [f"{kind}_{one}" for kind in kinds for one in series if one.startswith("x")]
+    return (*(name for name in named if name not in left), *linear)
 
 
 def read_rig(path: str | PathLike[str]) -> Rig:
@@ -267,18 +261,11 @@ def read_rig(path: str | PathLike[str]) -> Rig:
     """
     table = read_toml(path)
     for key in table:
-        check_one_of("key", key, _OF_RIG)
-    runs = table.get("run", [])
+        check_one_of("key", key, _KEYS)
+    runs = table.pop("run", [])
     if not isinstance(runs, list) or not all(isinstance(run, dict) for run in runs):
         raise InvalidInput("run", runs, "tables [[run]]")
-    return Rig(
-        runs=[_run(run, Path(path).parent) for run in runs],
-        unknown=table.get("unknown", ()),
-        each=table.get("each", ()),
-        scale=table.get("scale", 1.0),
-        slip=table.get("slip", 0.0),
-        bounds=table.get("bounds", {}),
-    )
+    return Rig([_run(run, Path(path).parent) for run in runs], table.pop("unknown", ()), **table)
 
 
 def _run(table: Mapping[str, Any], folder: Path) -> RigRun:
@@ -286,8 +273,8 @@ def _run(table: Mapping[str, Any], folder: Path) -> RigRun:
     if not isinstance(table.get("file"), str):
         raise InvalidInput("file", table.get("file", "missing"), "a file in each [[run]]")
     file = folder / table["file"]
-    name = table.get("name", file.stem)
     with _within(file.name):
         data = read_measured(file)
-    drive = {key: value for key, value in table.items() if key not in _OF_RUN}
-    return RigRun(name, data, drive, table.get("state"), table.get("phase"))
+    own = {key: table[key] for key in ("state", "phase") if key in table}
+    drive = {key: value for key, value in table.items() if key not in ("name", "file", *own)}
+    return RigRun(table.get("name", file.stem), data, drive, **own)
