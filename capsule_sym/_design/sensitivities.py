@@ -27,6 +27,7 @@ from capsule_sym._orbits.shooting.equations import BY_TIME, total
 from capsule_sym._orbits.shooting.itinerary import contact, drift, guard_between
 from capsule_sym._parameters import CAPSULE, Scene
 
+Array = NDArray[np.float64]
 START = (*CAPSULE.facts.STATE, "phase")
 STATE = (*CAPSULE.facts.STATE, "x_c")
 _PHASE, _X_C = START.index("phase"), STATE.index("x_c")
@@ -151,33 +152,27 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
     times = np.ravel(evaluation.real("t", t, "real numbers"))
     records = np.ascontiguousarray(run.records)
     evaluation.check(times, *run.span)
-    states = run(times, position=True)
-    order = evaluation.in_order(times)
-    ascending = times if order is None else times[order]
-    scene = run.parameters.scene
-    count = len(columns_of(scene))
-    switches = np.full((max(len(records) - 1, 0), count), np.nan)
-    found = np.full((len(times), len(STATE), count + 1), np.nan)
+    scene, order = run.parameters.scene, np.argsort(times, kind="stable")
+    names = columns_of(scene)
+    switches = np.full((max(len(records) - 1, 0), len(names)), np.nan)
+    found = np.full((len(times), len(STATE), len(names) + 1), np.nan)
     with limit:
         if not len(records):
-            found[:] = np.diag([1, 1, 1, 0]) @ np.eye(len(STATE), count + 1)
+            found[:] = np.diag([1, 1, 1, 0]) @ np.eye(len(STATE), len(names) + 1)
         elif core_of(scene) is not None:
             native = evaluation.borrowed(run.parameters)
-            passed = native.differentiate(records, ascending, switches, found, present())
+            passed = native.differentiate(records, times[order], switches, found, present())
             evaluation.give_back(run.parameters, native)
             if passed < len(records):
                 check_time()
         else:
-            differentiated(run, records, ascending, switches, found)
+            differentiated(run, records, times[order], switches, found)
         status = Status.FINISHED
-    slopes = found
-    if order is not None:
-        slopes = np.empty_like(found)
-        slopes[order] = found
-    ends = (
-        records["end_period"] * run.parameters.period + records["end_angle"] / run.parameters.omega
-    )
-    by, rates = slopes[..., :-1], slopes[..., -1]
+    slopes = np.empty_like(found)
+    slopes[order] = found
+    omega = run.parameters.omega
+    ends = records["end_period"] * run.parameters.period + records["end_angle"] / omega
+    states, by, rates = run(times, position=True), slopes[..., :-1], slopes[..., -1]
     return Sensitivities(times, states, by, rates, ends[:-1], switches, status, scene)
 
 
@@ -193,6 +188,7 @@ def differentiated(
     with backend("numpy", p.scene) as numbers:
         forms = ClosedForms(numbers, tuple(p.to_dict().values()))
         names = columns_of(p.scene)
+        # Derivatives of the state and of the time at which a segment starts.
         state, time = np.eye(len(STATE), len(names)), np.zeros(len(names))
         state[_X_C, _PHASE] = 0.0
         begins = records["start_period"] * p.period + records["start_angle"] / p.omega
@@ -202,45 +198,26 @@ def differentiated(
             angle = p.omega * time
             angle[_PHASE] += p.omega
             angle[names.index("omega")] += begins[i]
-            carried = np.insert(np.vstack([state[:_X_C], angle]), BY_TIME, 0.0, axis=1)
             for k in np.flatnonzero(of == i):
-                by = _by(forms, record, carried, times[k] - begins[i])
-                slopes[k, :, :-1], slopes[k, :, -1] = _at_time(by, -time), by[:, BY_TIME]
-                slopes[k, _X_C, :-1] += state[_X_C]
+                by, rate = _by(forms, record, state, angle, times[k] - begins[i])
+                slopes[k, :, :-1], slopes[k, :, -1] = by - np.outer(rate, time), rate
             if i + 1 == len(records):
                 break
-            by = _by(forms, record, carried, record["duration"])
-            later, following = np.zeros(len(names)), int(records[i + 1]["field"])
-            level = p.scene.facts.LEVELS
-            if level[int(record["field"])] != level[following]:  # an edge, at an angle of its own
-                later -= angle
-                later[names.index("omega")] -= record["duration"]
-                if level[following]:
-                    later[names.index("D")] += math.tau
-                later /= p.omega
-            elif (guard := ending_guard(int(record["field"]), following, p.scene)) is not None:
-                angle[names.index("omega")] += record["duration"]
-                ended = np.insert(angle, BY_TIME, p.omega)
-                turned = numbers.cos_sin(float(record["end_angle"]))
-                fields = int(record["field"]), following
-                touching = guard is Guard.GAP and contact(following, p.scene)
-                c, (x_r, v_r, _) = forms.constants(fields[bool(touching)]), record["end"]
-                row = guard_by(c, guard, x_r - c.own_stop(), v_r, by[:_X_C], turned, ended)
-                later = np.delete(row, BY_TIME) / -row[BY_TIME]
-            passed = _at_time(by, later)
-            passed[_X_C] += state[_X_C]
-            if not drift(following, p.scene):
-                passed[STATE.index("v_c")] = 0.0
-            state, time = passed, time + later
+            by, rate = _by(forms, record, state, angle, record["duration"])
+            angle[names.index("omega")] += record["duration"]
+            later = _later(forms, record, int(records[i + 1]["field"]), by, rate, angle)
+            state, time = by + np.outer(rate, later), time + later
+            if not drift(int(records[i + 1]["field"]), p.scene):
+                state[STATE.index("v_c")] = 0.0
             switches[i] = time
 
 
 def _by(
-    forms: ClosedForms, record: Any, carried: NDArray[np.float64], h: float
-) -> NDArray[np.float64]:
-    """Derivatives (4, n) of the state after a part h of a segment, including those by h.
+    forms: ClosedForms, record: Any, state: Array, angle: Array, h: float
+) -> tuple[Array, Array]:
+    """Derivatives (4, n) of the state after a part h of a segment, and by h, (4,).
 
-    `carried` has those of state and forcing angle at the segment's start.
+    `state` and `angle` have those of state and forcing angle at the segment's start.
     """
     field, start = int(record["field"]), record["start"]
     known = (record[name] for name in ("margin", "cosine", "sine"))
@@ -248,14 +225,33 @@ def _by(
     rows = forms.run(field, forms.constants(field), closed, h)[1].copy()
     if not drift(field, forms.scene):
         rows[STATE.index("v_c"), STATE.index("v_c")] = 1.0
-    found: NDArray[np.float64] = total(rows, carried[:_X_C], carried[_X_C], BY_TIME)
-    return found
+    carried = np.insert(np.vstack([state[:_X_C], angle]), BY_TIME, 0.0, axis=1)
+    every = total(rows, carried[:_X_C], carried[_X_C], BY_TIME)
+    by = np.delete(every, BY_TIME, axis=1)
+    by[_X_C] += state[_X_C]
+    return by, every[:, BY_TIME]
 
 
-def _at_time(by: NDArray[np.float64], h_by: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Derivatives (4, n), if the part h of the segment has the derivatives (n,)."""
-    found: NDArray[np.float64] = np.delete(by, BY_TIME, axis=1) + np.outer(by[:, BY_TIME], h_by)
-    return found
+def _later(
+    forms: ClosedForms, record: Any, following: int, by: Array, rate: Array, angle: Array
+) -> Array:
+    """Derivatives (n,) of a segment's duration, from those of the state and angle at its end."""
+    field, scene, omega = int(record["field"]), forms.scene, forms.value("omega")
+    level, names = scene.facts.LEVELS, columns_of(scene)
+    if level[field] != level[following]:  # an edge of the drive, at an angle of its own
+        edge = np.zeros(len(names))
+        if level[following]:
+            edge[names.index("D")] = math.tau
+        return (edge - angle) / omega
+    if (guard := ending_guard(field, following, scene)) is None:
+        return np.zeros(len(names))
+    touching = guard is Guard.GAP and contact(following, scene)
+    c, (x_r, v_r, _) = forms.constants(following if touching else field), record["end"]
+    turned = forms.numbers.cos_sin(float(record["end_angle"]))
+    ended = np.insert(angle, BY_TIME, omega)
+    every = np.insert(by[:_X_C], BY_TIME, rate[:_X_C], axis=1)
+    row = guard_by(c, guard, x_r - c.own_stop(), v_r, every, turned, ended)
+    return np.delete(row, BY_TIME) / -row[BY_TIME]
 
 
 def ending_guard(field: int, following: int, scene: Scene) -> Guard | None:
