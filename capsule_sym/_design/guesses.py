@@ -16,7 +16,6 @@ from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded, peri
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map import simulate
 from capsule_sym._map.checks import checked_ends
-from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 from capsule_sym._processes import sobol
 from capsule_sym._systems import drives
@@ -24,7 +23,6 @@ from capsule_sym._systems import drives
 _PHASES = 24  # starts that are tried over a period of the forcing
 _SETTLED = 100  # excitation periods from rest, after which a motion counts as steady
 _AROUND = 4.0  # factor about a guess of the frequency within which the spectrum has its peak
-_SAMPLES, _FREQUENCIES = 2000, 20_000  # of a spectrum, so that it takes a second at most
 SLIPS = -0.5, 1.0  # range of the relative error of a time base
 
 
@@ -74,26 +72,25 @@ def drawn(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: int)
 
 def spectral(problem: Misfit, limits: tuple[Vector, Vector]) -> list[Vector]:
     """Guesses with the frequency of the drive at the spectrum's peak, its half and its double."""
-    run, name = problem.recorded[0], [*drives(problem.recorded[0].system)][1]
-    if name not in problem.unknown or len(problem.recorded) > 1:
+    (run, *others), guess = problem.recorded, problem.guess
+    name, data = [*drives(run.system)][1], run.data
+    if name not in problem.unknown or others:
         return []
     k = problem.unknown.index(name)
-    guess, low, high = problem.guess, limits[0][k], limits[1][k]
-    ends = max(low, guess[k] / _AROUND), min(high, guess[k] * _AROUND)
-    # Four frequencies for each line of the spectrum, whose width is the inverse of the duration.
-    lines = np.ptp(run.data.times) * (ends[1] - ends[0])
-    tried = np.linspace(*ends, int(min(_FREQUENCIES, 4 * lines + 2)))
-    power = np.zeros(len(tried))
-    for column in range(len(run.data.names)):
-        own = np.flatnonzero(run.data.column == column)
-        own = own[:: -(-len(own) // _SAMPLES)]
-        times = run.data.times[own]
-        values = about_trend(times, run.data.values[own])
-        power += package("scipy.signal").lombscargle(times, values, tried) / (
-            values @ values or 1.0
-        )
-    peaks = tried[power.argmax()] * np.array([1.0, 0.5, 2.0])
-    found = np.tile(guess, (3, 1))
+    low, high = limits[0][k], limits[1][k]
+    times, step = np.linspace(data.times[0], data.times[-1], len(data.times), retstep=True)
+    # Padded with zeros, the spectrum has a value at every quarter of its lines.
+    frequencies = math.tau * np.fft.rfftfreq(4 * len(times), float(step))
+    power = np.zeros(len(frequencies))
+    for column in range(len(data.names)):
+        own = data.column == column
+        values = about_trend(data.times[own], data.values[own])
+        even = np.interp(times, data.times[own], values / (np.abs(values).max() or 1.0))
+        power += np.abs(np.fft.rfft(even, 4 * len(times))) ** 2
+    ratio = np.clip(frequencies, low, high) / guess[k]
+    power[(ratio < 1 / _AROUND) | (ratio > _AROUND)] = 0.0
+    peaks = frequencies[power.argmax()] * np.array([1.0, 0.5, 2.0])
+    found = np.tile(guess, (len(peaks), 1))
     found[:, k] = peaks
     return list(found[(low <= peaks) & (peaks <= high)])
 

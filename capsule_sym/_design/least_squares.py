@@ -14,11 +14,8 @@ from capsule_sym._design.problem import Misfit
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 
-_FIRST = 0.1  # scale of the first robust loss, in standard deviations of a series
-_BULK = 2.0  # scale of the final robust loss, in standard deviations of the noise
+_BULK = 2.0  # scale of a robust loss, in standard deviations of the noise
 _PRECISE = {"ftol": 1e-14, "xtol": 1e-12, "gtol": 1e-14}  # some roundings of doubles, 1e-16
-_STRETCHES = 2.0 ** np.arange(12)  # an end is searched so far off, in half-widths by the errors
-_ENDED = 1e-6  # accuracy of an end, in the same unit
 
 LOSSES: dict[str, Callable[[Vector], tuple[Vector, Vector, Vector]]] = {
     "linear": lambda z: (z, np.ones_like(z), np.zeros_like(z)),
@@ -81,15 +78,16 @@ def least(
 ) -> Least:
     """Least squares from a guess, as far as the time limit allows.
 
-    A robust loss begins as soft_l1, whose minimum is easier to reach.
+    A robust loss begins as soft_l1, whose minimum is easier to reach, and takes its scale from the
+    residuals before, twice.
     """
     guess = np.clip(guess, *limits)
     if loss == "linear":
         return solved(problem, guess, limits, Loss(loss), steps)
-    found = solved(problem, guess, limits, Loss("soft_l1", _FIRST), steps)
-    for _ in range(2):  # the second time with the noise that a fit with this loss leaves
+    found = solved(problem, guess, limits, Loss(loss), 1)  # at the guess alone
+    for name in ("soft_l1", loss, loss):
         noise = found.loss.spread(found.residuals, len(guess))
-        again = solved(problem, found.x, limits, Loss(loss, _BULK * noise + 1e-300), steps)
+        again = solved(problem, found.x, limits, Loss(name, _BULK * noise + 1e-300), steps)
         found = again if math.isfinite(again.cost) else found
     return found
 
@@ -113,9 +111,8 @@ def solved(
         found = _least_squares(residuals, start, problem.jacobian, limits, loss, steps, **_PRECISE)
     except TimeUp:
         return best
-    success = bool(found.success) and problem.complete(found.x)
-    jacobian = problem.jacobian(found.x)
-    return Least(found.x, float(found.cost), found.fun, jacobian, success, found.message, loss)
+    success = bool(found.success) and problem.complete(best.residuals)
+    return best._replace(success=success, message=str(found.message))
 
 
 @np.errstate(all="ignore")
@@ -148,17 +145,15 @@ class Profile:
     def end(self, deviations: float, step: float) -> float:
         """Value at which the sum has grown by `deviations` squared; at most the bound."""
         value, (low, high) = self.found.x[self.k], (ends[self.k] for ends in self.limits)
-        if math.isinf(step):  # not identifiable
-            return float(high if step > 0 else low)
-        for stretch in _STRETCHES:
-            far = float(np.clip(value + stretch * step, low, high))
+        bound, brentq = high if step > 0 else low, package("scipy.optimize").brentq
+        while math.isfinite(step):  # of an unknown that is not identifiable it is infinite
+            far = float(np.clip(value + step, low, high))
             if far != value and self.growth(far) >= deviations**2:
-                brentq: Any = package("scipy.optimize").brentq
-                accuracy = _ENDED * abs(step)
-                return brentq(lambda at: self.growth(at) - deviations**2, value, far, xtol=accuracy)
-            if far in (value, low, high):
+                return float(brentq(lambda at: self.growth(at) - deviations**2, value, far))
+            if far in (value, bound):
                 return far
-        return math.copysign(math.inf, deviations)
+            step *= 2.0
+        return float(bound)
 
     def growth(self, at: float) -> float:
         """Growth of the sum, in variances, with the unknown fixed at a value."""

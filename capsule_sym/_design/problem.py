@@ -107,9 +107,9 @@ class Misfit:
         """Residuals (n,), and the Jacobian (n, k) by the linear unknowns alone."""
         return self._at(values, False)
 
-    def complete(self, values: Vector) -> bool:
+    def complete(self, residuals: Vector) -> bool:
         """True if the motion of every run reaches the last of its times."""
-        return bool(np.all(self.residuals(values) != _LOST))
+        return bool(np.all(residuals != _LOST))
 
     def resting(self, values: Vector) -> NDArray[np.bool_]:
         """Mask of unknowns that are velocities of capsules at rest at the first time, (k,)."""
