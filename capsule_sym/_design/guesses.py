@@ -97,8 +97,6 @@ def spectral(problem: Misfit, limits: tuple[Vector, Vector]) -> list[Vector]:
 
 def best_of(problem: Misfit, guesses: Sequence[Vector]) -> list[Vector]:
     """Guesses sorted by their cost, as many as the time limit allows."""
-    if len(guesses) == 1 and not problem.partly:
-        return list(guesses)
     found = list[tuple[Vector, float]]()
     with suppress(TimeUp):
         for k, guess in enumerate(guesses, 1):
@@ -113,8 +111,6 @@ def begun(problem: Misfit, values: Vector) -> tuple[Vector, float]:
     If the phase and start of a run are unknown, they are those at which the steady motion from rest
     is nearest to the series. Linear unknowns minimise the sum of squares.
     """
-    if not problem.partly:
-        return values, problem.cost(values)
     values = values.copy()
     for run, places in zip(problem.recorded, problem.places, strict=True):
         if run.sought:
@@ -144,7 +140,7 @@ def _starts(run: Recorded, values: Vector) -> Matrix:
 
 def _solved(problem: Misfit, values: Vector) -> tuple[Vector, float]:
     """Values with the linear unknowns solved for, and the sum of absolute deviations."""
-    residuals, jacobian = problem.without_slopes(values)
+    residuals, jacobian = problem.evaluated(values, slopes=False)
     held, columns = values.copy(), jacobian[:, problem.linear]
     step = np.linalg.lstsq(columns, -residuals, rcond=None)[0]
     held[problem.linear] += step

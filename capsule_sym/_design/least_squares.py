@@ -14,6 +14,7 @@ from capsule_sym._design.problem import Misfit
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 
+_FIRST = 0.1  # scale of the first robust loss, in standard deviations of a series
 _BULK = 2.0  # scale of a robust loss, in standard deviations of the noise
 _PRECISE = {"ftol": 1e-14, "xtol": 1e-12, "gtol": 1e-14}  # some roundings of doubles, 1e-16
 
@@ -78,16 +79,16 @@ def least(
 ) -> Least:
     """Least squares from a guess, as far as the time limit allows.
 
-    A robust loss begins as soft_l1, whose minimum is easier to reach, and takes its scale from the
-    residuals before, twice.
+    A robust loss begins as soft_l1, whose minimum is easier to reach; then its scale is that of the
+    residuals, and after it once more.
     """
     guess = np.clip(guess, *limits)
     if loss == "linear":
         return solved(problem, guess, limits, Loss(loss), steps)
-    found = solved(problem, guess, limits, Loss(loss), 1)  # at the guess alone
-    for name in ("soft_l1", loss, loss):
+    found = solved(problem, guess, limits, Loss("soft_l1", _FIRST), steps)
+    for _ in range(2):
         noise = found.loss.spread(found.residuals, len(guess))
-        again = solved(problem, found.x, limits, Loss(name, _BULK * noise + 1e-300), steps)
+        again = solved(problem, found.x, limits, Loss(loss, _BULK * noise + 1e-300), steps)
         found = again if math.isfinite(again.cost) else found
     return found
 

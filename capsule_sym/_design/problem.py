@@ -79,11 +79,6 @@ class Misfit:
         sizes = np.array([np.sqrt(np.mean(spread[shared[kind]] ** 2)) for kind in kinds])
         return np.asarray(sizes[self.groups])
 
-    @property
-    def partly(self) -> bool:
-        """True if a part of a guess follows from the measurements."""
-        return bool(self.linear.any()) or any(run.sought for run in self.recorded)
-
     def residuals(self, values: Vector) -> Vector:
         """Residuals (n,)."""
         return self.at(values)[0]
@@ -92,20 +87,25 @@ class Misfit:
         """Jacobian of the residuals (n, k)."""
         return self.at(values)[1]
 
-    def cost(self, values: Vector) -> float:
-        """Half the sum of the residuals' squares."""
-        return float(np.sum(self.without_slopes(values)[0] ** 2) / 2)
-
     def at(self, values: Vector) -> tuple[Vector, Matrix]:
-        """Residuals (n,) and their Jacobian (n, k)."""
+        """Residuals (n,) and their Jacobian (n, k), those of the last values without a run."""
         key = values.tobytes()
         if self._last is None or self._last[0] != key:
-            self._last = (key, *self._at(values, True))
+            self._last = (key, *self.evaluated(values))
         return self._last[1:]
 
-    def without_slopes(self, values: Vector) -> tuple[Vector, Matrix]:
-        """Residuals (n,), and the Jacobian (n, k) by the linear unknowns alone."""
-        return self._at(values, False)
+    def evaluated(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix]:
+        """Residuals (n,) and their Jacobian (n, k), without slopes by the linear unknowns alone."""
+        residuals, jacobian = np.empty(len(self.values)), np.zeros((len(self.values), len(values)))
+        for run, places, rows in zip(self.recorded, self.places, self.rows, strict=True):
+            self._count()
+            model, by = run.at(values[places], slopes)
+            residuals[rows] = (model - self.values[rows]) / self.scales[rows]
+            if np.isfinite(residuals[rows]).all():
+                jacobian[rows, places] = by / self.scales[rows, None]
+            else:
+                residuals[rows] = _LOST
+        return residuals, jacobian
 
     def complete(self, residuals: Vector) -> bool:
         """True if the motion of every run reaches the last of its times."""
@@ -119,7 +119,7 @@ class Misfit:
                 found[places[run.unknown.index("v_c")]] = run.rests(values[places])
         return found
 
-    def itinerary(self, values: Vector, changed: int) -> list[str]:
+    def itinerary(self, values: Vector, changed: int) -> list[list[int]]:
         """Itineraries of the runs on which an unknown has an effect."""
         pairs = zip(self.recorded, self.places, strict=True)
         runs = [(run, places) for run, places in pairs if changed in places]
@@ -140,16 +140,3 @@ class Misfit:
         self.evaluations += runs
         if self.progress is not None:
             self.progress(f"{self.doing}, {counted(self.evaluations, 'run')}")
-
-    def _at(self, values: Vector, slopes: bool) -> tuple[Vector, Matrix]:
-        """Residuals and Jacobian, computed."""
-        residuals, jacobian = np.empty(len(self.values)), np.zeros((len(self.values), len(values)))
-        for run, places, rows in zip(self.recorded, self.places, self.rows, strict=True):
-            self._count()
-            model, by = run.at(values[places], slopes)
-            residuals[rows] = (model - self.values[rows]) / self.scales[rows]
-            if np.isfinite(residuals[rows]).all():
-                jacobian[rows, places] = by / self.scales[rows, None]
-            else:
-                residuals[rows] = _LOST
-        return residuals, jacobian

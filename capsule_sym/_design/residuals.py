@@ -39,13 +39,6 @@ class _Modelled(NamedTuple):
     whole: float
     """Whole periods by which the phase is reduced, as a time over omega."""
 
-    @property
-    def itinerary(self) -> str:
-        """Fields passed, in order."""
-        if self.trajectory is None:
-            return "open"
-        return " ".join(f"F{field}" for field in self.trajectory.records["field"].tolist())
-
 
 class Recorded:
     """Measured series of one run, and their model at values of the unknowns.
@@ -106,9 +99,10 @@ class Recorded:
         now = self.now(values)
         return type(self.system)(**{name: now[name] for name in names_of(self.system)})
 
-    def itinerary(self, values: Vector) -> str:
-        """Itinerary of the run."""
-        return self._run(values).itinerary
+    def itinerary(self, values: Vector) -> list[int]:
+        """Fields passed by the run, in order; none if it does not reach the last of the times."""
+        run = self._run(values).trajectory
+        return [] if run is None else list(run.records["field"].tolist())
 
     def rests(self, values: Vector) -> bool:
         """True if the capsule rests at the first time, up to a velocity that vanishes at once."""
