@@ -20,10 +20,10 @@ from capsule_sym._attractors.smallest import ShockStatus as ShockStatus
 from capsule_sym._check.check import SwitchCheck as SwitchCheck
 from capsule_sym._check.check import check_switches as check_switches
 from capsule_sym._check.switch_file import read_switches as read_switches
-from capsule_sym._design.fit import Fit as Fit
-from capsule_sym._design.fit import FitStatus as FitStatus
-from capsule_sym._design.fit import FittedRun as FittedRun
 from capsule_sym._design.fit import fit as fit
+from capsule_sym._design.fit_result import Fit as Fit
+from capsule_sym._design.fit_result import FitStatus as FitStatus
+from capsule_sym._design.fit_result import FittedRun as FittedRun
 from capsule_sym._design.front import Front as Front
 from capsule_sym._design.front import FrontPart as FrontPart
 from capsule_sym._design.measurement_files import read_measured as read_measured

@@ -33,7 +33,7 @@ from capsule_sym._design.quantities import (
 from capsule_sym._design.settled import Settled, joined, settle_many
 from capsule_sym._design.variance import MetricSpread, spreads
 from capsule_sym._errors import InvalidInput, Status, counted
-from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_ends, checked_seconds
 from capsule_sym._map.labelled import Labelled, package
 from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._native import Watch, check_time
@@ -242,12 +242,10 @@ def _program(
     progress: Callable[[str], object] | None,
 ) -> Program:
     """Problem whose bounds are the ranges of the samples; raises InvalidInput."""
-    over = dict(zip(names, np.array([values.min(axis=0), values.max(axis=0)]).T, strict=True))
-    for name, (low, high) in over.items():
-        least, most = allowed(system, name)
-        if not (np.isfinite([low, high]).all() and least <= low < high <= most):
-            told = f"a distribution of different values within [{least:g}, {most:g}]"
-            raise InvalidInput(f"tolerance of {name}", (float(low), float(high)), told)
+    ends = np.stack([values.min(axis=0), values.max(axis=0)], axis=1)
+    over = dict(zip(names, ends.tolist(), strict=True))
+    for name, pair in over.items():
+        checked_ends(f"tolerance of {name}", pair, *allowed(system, name))
     try:
         return program_of(function, over, system, False, (), None, (start,), None, progress)
     except InvalidInput as error:
