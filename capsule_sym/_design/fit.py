@@ -249,7 +249,7 @@ def _run(run: Recorded, values: Vector) -> FittedRun:
 def _border(problem: Misfit, values: Vector, errors: Vector, low: Vector, high: Vector) -> str:
     """Name of a value within whose standard error the itinerary changes; empty if there is none."""
     problem.doing = "itineraries beside it"
-    for i in np.flatnonzero(~problem.linear & np.isfinite(errors)):
+    for i in np.flatnonzero(~problem.linear & np.isfinite(errors)).tolist():
         itinerary = problem.itinerary(values, i)
         for sign in (-1.0, 1.0):
             moved = values.copy()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from capsule_sym._parameters import SceneDevice, names_of
 
 OF_START = (*START, "x_c")
 STATE, PHASE = START[:-1], START[-1]
-_PHASE, _X_C = START.index(PHASE), OF_START.index("x_c")
+_X_C = OF_STATE["x_c"].index(1.0)
 _BLOCK = 2**15  # times whose derivatives, 48 each, are in memory at once
 _STILL = 1e-5  # velocity of a capsule that comes to rest within its square
 
@@ -32,10 +32,10 @@ class _Modelled(NamedTuple):
     trajectory: Trajectory | None
     """None if the motion does not reach the last of the times."""
     times: Vector
-    start: Vector
-    """Values of OF_START."""
-    units: Vector
-    """Units of the start."""
+    own: dict[str, Any]
+    """Start, slip and parameters, with derivatives by the unknowns."""
+    units: dict[str, Slope]
+    """Units of the start, with derivatives."""
     whole: float
     """Whole periods by which the phase is reduced, as a time over omega."""
 
@@ -109,28 +109,32 @@ class Recorded:
         still = values.copy()
         still[self.unknown.index("v_c")] = 0.0
         run = self._run(still).trajectory
-        if run is None or abs(self._run(values).start[STATE.index("v_c")]) > _STILL:
+        if run is None or abs(self._run(values).own["v_c"].value) > _STILL:
             return False
         return not drift(int(run.records["field"][0]), self.system.scene)
 
     def _run(self, values: Vector) -> _Modelled:
         """Motion at these values."""
-        now, system = self.now(values), self.system_at(values)
-        p, units = dimensionless(system), units_of(system)
-        start = np.array([now[name] for name in OF_START]) / units
-        phase = float(start[_PHASE])
+        moving = {one: v for one, v in self.now(values).items() if not of_series(one)}
+        now = varied(self.system.scene, moving, self.unknown)
+        own, units = vars(now), dict.fromkeys(OF_START, Slope(1.0, np.zeros(len(values))))
+        if isinstance(self.system, SceneDevice):
+            own, units = own | now.ratios(), {name: now.scale(name) for name in OF_START}
+        # The start is fixed in SI units, so that the dimensionless start varies with the units.
+        own |= {name: own[name] / unit for name, unit in units.items()}
+        p, phase = dimensionless(self.system_at(values)), own[PHASE].value
         reduced = phase % p.period
         reduced = 0.0 if reduced >= p.period else reduced
-        times = reduced + self.different * ((1.0 + now["slip"]) / units[_PHASE])
+        times = reduced + self.different * ((1.0 + now.slip.value) / units[PHASE].value)
         periods = max(1, math.ceil(times[-1] / p.period + 1e-9))
         try:
-            run = simulate(p, tuple(start[:_PHASE].tolist()), reduced, periods)
+            run = simulate(p, tuple(own[name].value for name in STATE), reduced, periods)
             lost = not run.success or times[-1] > run.span[1]
         except InvalidInput:  # of values that are out of range for a run
             if np.array_equal(values, self.guess):
                 raise
             lost = True
-        return _Modelled(None if lost else run, times, start, units, (phase - reduced) / p.omega)
+        return _Modelled(None if lost else run, times, own, units, (phase - reduced) / p.omega)
 
     def at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix]:
         """Model (n,), and its Jacobian (n, k).
@@ -146,7 +150,7 @@ class Recorded:
             check_time()
             rows = slice(*np.searchsorted(self.which, (first, first + _BLOCK)))
             block = slice(first, first + _BLOCK)
-            found[rows], jacobian[rows] = self._quantities(run, values, rows, block, slopes)
+            found[rows], jacobian[rows] = self._quantities(run, rows, block, slopes)
         for place, series in enumerate(self.data.names):
             of, scale = self.data.column == place, self.scale_of(series)
             jacobian[of] *= now[scale]
@@ -157,49 +161,36 @@ class Recorded:
         return found, jacobian
 
     def _quantities(
-        self, run: _Modelled, values: Vector, rows: slice, block: slice, slopes: bool
+        self, run: _Modelled, rows: slice, block: slice, slopes: bool
     ) -> tuple[Vector, Matrix | float]:
         """Quantities behind some rows of the series, in units of the system, and their Jacobian."""
-        of, which = self.rows[rows], self.which[rows] - block.start
-        speeds, rate = self.speeds[rows], 1.0 + self.now(values)["slip"]
-        unit = np.where(speeds, run.units[STATE.index("v_r")] * rate, run.units[0])
-        times, trajectory = run.times[block], run.trajectory
-        assert trajectory is not None
-        moved = sensitivities(trajectory, times) if slopes else None
-        states = trajectory(times, position=True) if moved is None else moved.states
-        model = np.sum(of * (states + run.start[_X_C] * np.eye(4)[3])[which], axis=1)
+        own, of, which = run.own, self.rows[rows], self.which[rows] - block.start
+        speeds, rate = self.speeds[rows], 1.0 + own["slip"].value
+        unit = np.where(speeds, run.units["v_r"].value * rate, run.units["x_c"].value)
+        trajectory: Any = run.trajectory
+        moved = sensitivities(trajectory, run.times[block]) if slopes else None
+        states = trajectory(run.times[block], position=True) if moved is None else moved.states
+        origin = own["x_c"].value * np.array(OF_STATE["x_c"])
+        model = np.sum(of * (states + origin)[which], axis=1)
         if moved is None:
             return unit * model, 0.0
-        chain, position, by_length, by_rate = self._chain(values, run)
+        columns, none = columns_of(self.system.scene), np.zeros(len(self.unknown))
+        chain = np.array([getattr(own[name], "slope", none) for name in columns])
+        # The phase was reduced by whole periods, which depend on omega.
+        chain[columns.index(PHASE)] += run.whole * chain[columns.index("omega")]
+        # Derivatives of the logarithms of the units of length and of rate.
+        by_length, by_time = (
+            run.units[name].slope / run.units[name].value for name in ("x_c", PHASE)
+        )
+        by_rate = own["slip"].slope / rate - by_time
         # Behind a tangential switch there are no derivatives.
         by = np.where(np.isfinite(moved.slopes), moved.slopes, 0.0) @ chain
-        elapsed = self.different[block] * (rate / run.units[_PHASE])
+        elapsed = self.different[block] * (rate / run.units[PHASE].value)
         by += moved.rates[..., None] * (elapsed[:, None, None] * by_rate)
-        by[:, 3] += position
+        by[:, _X_C] += own["x_c"].slope
         each = np.einsum("nk,nkj->nj", of, by[which])
         each += model[:, None] * (by_length + speeds[:, None] * by_rate)
         return unit * model, unit[:, None] * each
-
-    def _chain(self, values: Vector, run: _Modelled) -> tuple[Matrix, Vector, Vector, Vector]:
-        """Derivatives of start and parameters by the unknowns (n, k), and of others, each (k,).
-
-        The others are x_c at the start, and the logarithms of the units of length and of rate.
-        """
-        moving = {one: v for one, v in self.now(values).items() if not of_series(one)}
-        now = varied(self.system.scene, moving, self.unknown)
-        own, none = vars(now), np.zeros(len(values))
-        columns = columns_of(self.system.scene)
-        units = dict.fromkeys(OF_START, Slope(1.0, none))
-        if isinstance(self.system, SceneDevice):
-            own, units = own | now.ratios(), {name: now.scale(name) for name in OF_START}
-        # The start is fixed in SI units, so that the dimensionless start varies with the units.
-        own |= {name: own[name] / unit for name, unit in units.items()}
-        chain = np.array([getattr(own[name], "slope", none) for name in columns])
-        # The phase was reduced by whole periods, which depend on omega.
-        chain[_PHASE] += run.whole * chain[columns.index("omega")]
-        by_length, by_time = (units[name].slope / units[name].value for name in ("x_c", "phase"))
-        by_slip = now.slip.slope / (1.0 + now.slip.value)
-        return chain, own["x_c"].slope, by_length, by_slip - by_time
 
 
 def units_of(system: System) -> Vector:
@@ -211,7 +202,7 @@ def units_of(system: System) -> Vector:
 
 def period_of(system: System) -> float:
     """Excitation period, in the system's unit of time."""
-    return float(dimensionless(system).period * units_of(system)[_PHASE])
+    return float(dimensionless(system).period * units_of(system)[OF_START.index(PHASE)])
 
 
 def observed(series: tuple[str, ...]) -> dict[str, float]:

@@ -12,7 +12,8 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from capsule_sym._arguments import checked
-from capsule_sym._design.fit import Fit, fitted
+from capsule_sym._design.fit import fitted
+from capsule_sym._design.fit_result import Fit
 from capsule_sym._design.guesses import SLIPS, limits_of
 from capsule_sym._design.measured import OF_STATE, measured
 from capsule_sym._design.measurement_files import read_measured

@@ -226,7 +226,7 @@ def _by(
     if not drift(field, forms.scene):
         rows[STATE.index("v_c"), STATE.index("v_c")] = 1.0
     carried = np.insert(np.vstack([state[:_X_C], angle]), BY_TIME, 0.0, axis=1)
-    every = total(rows, carried[:_X_C], carried[_X_C], BY_TIME)
+    every: Array = total(rows, carried[:_X_C], carried[_X_C], BY_TIME)
     by = np.delete(every, BY_TIME, axis=1)
     by[_X_C] += state[_X_C]
     return by, every[:, BY_TIME]
@@ -242,7 +242,7 @@ def _later(
         edge = np.zeros(len(names))
         if level[following]:
             edge[names.index("D")] = math.tau
-        return (edge - angle) / omega
+        return (edge - angle) / float(omega)
     if (guard := ending_guard(field, following, scene)) is None:
         return np.zeros(len(names))
     touching = guard is Guard.GAP and contact(following, scene)
@@ -251,7 +251,7 @@ def _later(
     ended = np.insert(angle, BY_TIME, omega)
     every = np.insert(by[:_X_C], BY_TIME, rate[:_X_C], axis=1)
     row = guard_by(c, guard, x_r - c.own_stop(), v_r, every, turned, ended)
-    return np.delete(row, BY_TIME) / -row[BY_TIME]
+    return np.delete(row, BY_TIME) / -float(row[BY_TIME])
 
 
 def ending_guard(field: int, following: int, scene: Scene) -> Guard | None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +48,7 @@ class MetricSpread(NamedTuple):
 
 
 def spreads(
-    names: Sequence[str], nominal: Vector, values: Sequence[Matrix], seed: int
+    names: Sequence[str], nominal: Vector, values: NDArray[np.float64], seed: int
 ) -> tuple[MetricSpread, ...]:
     """Spread of each metric, from two samples (n, metrics) and their combinations.
 
@@ -59,8 +59,8 @@ def spreads(
     filled = np.where(np.isfinite(values), values, means).swapaxes(1, 2)
     count = filled.shape[2]
     resampled = [rng.integers(0, count, count) for _ in _RESAMPLED]
-    found = np.array([_indices(filled, some) for some in (np.arange(count), *resampled)])
-    # The first of the axes: the samples themselves, and others drawn from them.
+    # First the samples themselves, then others drawn from them.
+    found = np.array([_indices(filled, some) for some in [np.arange(count), *resampled]])
     varies = np.ptp(filled[:2], axis=(0, 2)) > 0
     found = np.where(varies[:, None], found, math.nan)
     indices, ends = found[0], np.moveaxis(np.quantile(found[1:], _INTERVAL, axis=0), 0, -1)
@@ -82,14 +82,12 @@ def spreads(
     )
 
 
-def _indices(values: Matrix, some: NDArray[np.int64]) -> Matrix:
+def _indices(values: NDArray[np.float64], some: Any) -> Matrix:
     """Sobol's indices, of first order and total, from some of the samples, (2, metrics, k)."""
-    a, b, *ab = values[..., some]
-    # The last output is given twice: for one output of one parameter SciPy returns no array.
-    a, b, ab = (np.insert(part, 0, part[..., 0, :], axis=-2) for part in (a, b, np.array(ab)))
-    with np.errstate(all="ignore"):
-        found = package("scipy.stats").sobol_indices(
-            func={"f_A": a, "f_B": b, "f_AB": ab}, n=len(some)
-        )
-    shape = len(a), len(ab)
-    return np.array([found.first_order.reshape(shape), found.total_order.reshape(shape)])[:, 1:]
+    chosen = values[..., some]
+    # The first output is given twice: for one output of one parameter SciPy returns no array.
+    a, b, *ab = np.insert(chosen, 0, chosen[..., 0, :], axis=-2)
+    sobol_indices: Any = package("scipy.stats").sobol_indices
+    found = sobol_indices(func={"f_A": a, "f_B": b, "f_AB": np.array(ab)}, n=len(some))
+    both = np.array([found.first_order, found.total_order]).reshape(2, len(a), len(ab))
+    return both[:, 1:]
