@@ -222,15 +222,14 @@ def _status(
 
 def _noise_by_column(problem: Misfit, found: Least) -> dict[str, float]:
     """Spread of each column's residuals, over that of the column about its trend, by its name."""
-    noise, series = dict[str, float](), 0
-    for run in problem.recorded:
-        for k, name in enumerate(run.data.names):
-            own, of = problem.groups == series + k, run.data.column == k
-            spread = about_trend(run.data.times[of], run.data.values[of]).std()
-            residuals = found.residuals[own] * problem.scales[own]
-            by = Loss(found.loss.name).spread(residuals) / (spread or math.nan)
-            noise[f"{run.name}.{name}" if run.name else name] = by
-        series += len(run.data.names)
+    noise = dict[str, float]()
+    series = [(run, k) for run in problem.recorded for k in range(len(run.data.names))]
+    for group, (run, k) in enumerate(series):
+        own, of, name = problem.groups == group, run.data.column == k, run.data.names[k]
+        spread = about_trend(run.data.times[of], run.data.values[of]).std() or math.nan
+        residuals = found.residuals[own] * problem.scales[own]
+        by = Loss(found.loss.name).spread(residuals) / spread
+        noise[f"{run.name}.{name}" if run.name else name] = float(by)
     return noise
 
 

@@ -77,7 +77,6 @@ def spectral(problem: Misfit, limits: tuple[Vector, Vector]) -> list[Vector]:
     if name not in problem.unknown or others:
         return []
     k = problem.unknown.index(name)
-    low, high = limits[0][k], limits[1][k]
     times, step = np.linspace(data.times[0], data.times[-1], len(data.times), retstep=True)
     # Padded with zeros, the spectrum has a value at every quarter of its lines.
     frequencies = math.tau * np.fft.rfftfreq(4 * len(times), float(step))
@@ -87,8 +86,9 @@ def spectral(problem: Misfit, limits: tuple[Vector, Vector]) -> list[Vector]:
         values = about_trend(data.times[own], data.values[own])
         even = np.interp(times, data.times[own], values / (np.abs(values).max() or 1.0))
         power += np.abs(np.fft.rfft(even, 4 * len(times))) ** 2
-    ratio = np.clip(frequencies, low, high) / guess[k]
-    power[(ratio < 1 / _AROUND) | (ratio > _AROUND)] = 0.0
+    low, high = limits[0][k], limits[1][k]
+    ends = max(low, guess[k] / _AROUND), min(high, guess[k] * _AROUND)
+    power[(frequencies < ends[0]) | (frequencies > ends[1])] = 0.0
     peaks = frequencies[power.argmax()] * np.array([1.0, 0.5, 2.0])
     found = np.tile(guess, (len(peaks), 1))
     found[:, k] = peaks
