@@ -19,7 +19,7 @@ from capsule_sym._map.result import by_fields
 QUANTILES = 0.025, 0.25, 0.5, 0.75, 0.975
 """Shares of the samples below the listed quantiles."""
 _RESAMPLED = range(200)  # samples for intervals of the indices, whose ends are five of them
-_INTERVAL = 0.025, 0.975  # shares of these below the ends
+_INTERVAL = QUANTILES[0], QUANTILES[-1]  # shares of these below the ends
 
 
 class MetricSpread(NamedTuple):
