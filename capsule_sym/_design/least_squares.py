@@ -87,8 +87,8 @@ def least(
         return solved(problem, guess, limits, Loss(loss), steps)
     found = solved(problem, guess, limits, Loss("soft_l1", _FIRST), steps)
     for _ in range(2):
-        noise = found.loss.spread(found.residuals, len(guess))
-        again = solved(problem, found.x, limits, Loss(loss, _BULK * noise + 1e-300), steps)
+        noise = max(found.loss.spread(found.residuals, len(guess)), np.finfo(float).eps)
+        again = solved(problem, found.x, limits, Loss(loss, _BULK * noise), steps)
         found = again if math.isfinite(again.cost) else found
     return found
 

@@ -225,6 +225,13 @@ def test_outliers_are_told_by_a_robust_loss() -> None:
     assert abs(robust.values["alpha"] - 0.83) < 4 * robust.standard_errors["alpha"]
 
 
+@pytest.mark.parametrize("loss", ["huber", "cauchy"])
+def test_a_robust_loss_accepts_a_guess_without_residuals(loss) -> None:
+    found = fit(series(count=60), TRUE, ("alpha", "zeta"), state=START, phase=PHASE, loss=loss)
+    assert found.status == "converged"
+    assert found.noise < 1e-12
+
+
 def test_a_far_guess_is_found_by_many_starts() -> None:
     guess = TRUE.replace(alpha=1.6, beta=6.0, delta=0.2)
     starts = np.int64(64)
