@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import click
 
 import capsule_sym.scenes
-from capsule_sym._commands.options import count
-from capsule_sym._commands.signature import argument, command, option
+from capsule_sym._commands.signature import argument, between, command, option
 
-_SCENES = {"nargs": -1, "type": click.Choice(capsule_sym.scenes.SHIPPED), "metavar": "[SCENE]..."}
-
-
-def _out(default: str) -> Any:
-    """The option --out, where results are kept, so that what was stopped resumes."""
-    kind = click.Path(path_type=Path)
-    return option(
-        "Keep results here, and continue with them.", type=kind, default=default, show_default=True
-    )
+_SCENES = click.Choice(capsule_sym.scenes.SHIPPED)
+_Scenes = Annotated[tuple[str, ...], argument(nargs=-1, type=_SCENES, metavar="[SCENE]...")]
+_Kept = Annotated[
+    Path,
+    option(type=click.Path(path_type=Path), help="Keep results here, and continue with them."),
+]
 
 
 def _end(wrong: object) -> None:
@@ -29,12 +25,13 @@ def _end(wrong: object) -> None:
 
 @command()
 def optima(
-    problems: int = count("Number of random problems.", 40, 1),
-    cells: int = count("Cells of brute force for each problem.", 100_000, 1),
-    seeds: int = count("Number of seeds of each answer.", 5, 1),
-    samples: int = count("Cells of the survey of `optimise`.", 2048, 1),
-    known: bool = option("Only problems that brute force has done.", default=False),
-    out: Path = _out("results/optima"),
+    *,
+    problems: Annotated[int, between(1, help="Number of random problems.")] = 40,
+    cells: Annotated[int, between(1, help="Cells of brute force for each problem.")] = 100_000,
+    seeds: Annotated[int, between(1, help="Number of seeds of each answer.")] = 5,
+    samples: Annotated[int, between(1, help="Cells of the survey of `optimise`.")] = 2048,
+    known: Annotated[bool, option(help="Only problems that brute force has done.")] = False,
+    out: _Kept = Path("results/optima"),
 ) -> None:
     """Compare `optimise` with brute force that shares no code with it."""
     from benchmarks.experiments.optima import answers
@@ -44,10 +41,11 @@ def optima(
 
 @command()
 def fronts(
-    fronts: int = count("Number of fronts, the chosen ones first.", 7, 1),
-    cells: int = count("Random cells for each front.", 100_000, 1),
-    points: int = count("Points of each front.", 20, 2),
-    out: Path = _out("results/optima"),
+    *,
+    fronts: Annotated[int, between(1, help="Number of fronts, the chosen ones first.")] = 7,
+    cells: Annotated[int, between(1, help="Random cells for each front.")] = 100_000,
+    points: Annotated[int, between(2, help="Points of each front.")] = 20,
+    out: _Kept = Path("results/optima"),
 ) -> None:
     """Compare Pareto fronts with random cells."""
     from benchmarks.experiments.optima.fronts import report
@@ -57,10 +55,13 @@ def fronts(
 
 @command()
 def trials(
-    problems: int = count("Number of problems.", 15, 1),
-    evaluations: int = count("Evaluations of each method.", 1500, 1),
-    cells: int = count("Cells of brute force, where it has not been done.", 20_000, 1),
-    out: Path = _out("results/optima"),
+    *,
+    problems: Annotated[int, between(1, help="Number of problems.")] = 15,
+    evaluations: Annotated[int, between(1, help="Evaluations of each method.")] = 1500,
+    cells: Annotated[
+        int, between(1, help="Cells of brute force, where it has not been done.")
+    ] = 20_000,
+    out: _Kept = Path("results/optima"),
 ) -> None:
     """Compare `optimise` with SciPy's global optimisers."""
     from benchmarks.experiments.optima.trials import report
@@ -70,8 +71,11 @@ def trials(
 
 @command()
 def pulses(
-    numbers: tuple[int, ...] = argument(nargs=-1, type=click.IntRange(0, 9), metavar="[NUMBER]..."),
-    amplitudes: int = count("Amplitudes of brute force.", 100_000, 2),
+    *,
+    numbers: Annotated[
+        tuple[int, ...], argument(nargs=-1, type=click.IntRange(0, 9), metavar="[NUMBER]...")
+    ] = (),
+    amplitudes: Annotated[int, between(2, help="Amplitudes of brute force.")] = 100_000,
 ) -> None:
     """Compare shortest pulses between ten pairs of motions with brute force."""
     from benchmarks.experiments.pulses import check
@@ -81,9 +85,10 @@ def pulses(
 
 @command()
 def shocks(
-    motions: int = count("Number of motions.", 12, 1, 12),
-    knocks: int = count("Random knocks of each motion.", 1_000_000, 1),
-    out: Path = _out("results/shocks.json"),
+    *,
+    motions: Annotated[int, between(1, 12, help="Number of motions.")] = 12,
+    knocks: Annotated[int, between(1, help="Random knocks of each motion.")] = 1_000_000,
+    out: _Kept = Path("results/shocks.json"),
 ) -> None:
     """Compare minimal shocks with random knocks."""
     from benchmarks.experiments.shocks import check
@@ -92,7 +97,9 @@ def shocks(
 
 
 @command()
-def intervals(sets: int = count("Synthetic sets of each kind.", 200, 4)) -> None:
+def intervals(
+    *, sets: Annotated[int, between(4, help="Synthetic sets of each kind.")] = 200
+) -> None:
     """Count how many 95 % intervals of fits contain the truth."""
     from benchmarks.experiments.intervals import table
 
@@ -101,9 +108,10 @@ def intervals(sets: int = count("Synthetic sets of each kind.", 200, 4)) -> None
 
 @command()
 def battery(
-    branches: int = count("Number of branches.", 60, 0),
-    motions: int = count("Number of periodic motions.", 1000, 0),
-    out: Path = _out("results"),
+    *,
+    branches: Annotated[int, between(0, help="Number of branches.")] = 60,
+    motions: Annotated[int, between(0, help="Number of periodic motions.")] = 1000,
+    out: _Kept = Path("results"),
 ) -> None:
     """Compare branches with brute force, and find orbits of random motions."""
     from benchmarks.experiments import branches as following
@@ -116,9 +124,10 @@ def battery(
 
 @command()
 def curves(
-    scenes: tuple[str, ...] = argument(**_SCENES),
-    curves: int = count("Curves of each scene.", 20, 1),
-    seed: int = count("Random seed.", 0, 0),
+    *,
+    scenes: _Scenes = (),
+    curves: Annotated[int, between(1, help="Curves of each scene.")] = 20,
+    seed: Annotated[int, between(0, help="Random seed.")] = 0,
 ) -> None:
     """Compare random bifurcations, normal forms and curves of each scene with a judge in C."""
     from benchmarks.experiments.curves import check
@@ -128,11 +137,12 @@ def curves(
 
 @command()
 def scenes_check(
-    scenes: tuple[str, ...] = argument(**_SCENES),
-    runs: int = count("Random runs of four periods.", 1000, 0),
-    motions: int = count("Random periodic motions.", 500, 0),
-    hard: int = count("Random hard starts.", 100_000, 0),
-    out: Path = _out("results/scenes"),
+    *,
+    scenes: _Scenes = (),
+    runs: Annotated[int, between(0, help="Random runs of four periods.")] = 1000,
+    motions: Annotated[int, between(0, help="Random periodic motions.")] = 500,
+    hard: Annotated[int, between(0, help="Random hard starts.")] = 100_000,
+    out: _Kept = Path("results/scenes"),
 ) -> None:
     """Compare random runs, motions and hard starts of each scene with a judge in C."""
     from benchmarks.experiments.scenes import check

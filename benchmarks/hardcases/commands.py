@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import command, option
+from capsule_sym._commands.signature import between, command, option
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from benchmarks.hardcases.adversarial import Tally
     from benchmarks.hardcases.table import Row
 
@@ -22,9 +20,10 @@ _FAR = 1e-13  # from here on, double precision is expected to decide
 
 @command()
 def hardcases(
-    as_json: bool = options.as_json,
-    only: str = option("Only the cases with this in their name.", default="", metavar="TEXT"),
-    every: int = options.count("Only the first of each N cases, in their order.", 1, 1),
+    *,
+    as_json: options.Json = False,
+    only: Annotated[str, option(metavar="TEXT")] = "",
+    every: Annotated[int, between(1)] = 1,
 ) -> None:
     """Run every hard case and compare the switches found with 50 digits.
 
@@ -32,6 +31,13 @@ def hardcases(
     largest term of the guard g; 8 are allowed. Beside it stands what two baseline methods find:
     200 samples per period with Brent's method, and SciPy's solve_ivp with events at 1e-10.
     Exits with 1 if a switch is missed, invented or off by more than is allowed.
+
+    Parameters
+    ----------
+    only
+        Only the cases with this in their name.
+    every
+        Only the first of each N cases, in their order.
     """
     from benchmarks.hardcases.cases import cases
     from benchmarks.hardcases.table import cost, rows
@@ -88,16 +94,24 @@ def _all(rows: list[Row], way: str) -> int:
 
 @command()
 def adversarial(
-    count: int = options.count("", 2000, 1),
-    seed: int = options.count("Decides all starts.", 1),
-    out: Path | None = options.out("Folder of the log, seed-SEED.jsonl, from which runs resume."),
-    as_json: bool = options.as_json,
+    *,
+    count: Annotated[int, between(1)] = 2000,
+    seed: int = 1,
+    out: options.Folder = None,
+    as_json: options.Json = False,
 ) -> None:
     """Compare the first switch of random starts near tangencies and corners with 50 digits.
 
     The log in --out grows by a line for every 200 starts; an interrupted run resumes where
     it stopped, unless the code has changed. Exits with 1 if at a single start another field
     follows, another guard fires, or the time is not as accurate as promised.
+
+    Parameters
+    ----------
+    seed
+        Decides all starts.
+    out
+        Folder of the log, seed-SEED.jsonl, from which runs resume.
     """
     from benchmarks.hardcases.adversarial import CHUNK, Tally, run
     from capsule_sym._records import dumps
@@ -150,12 +164,15 @@ def _size(decade: str) -> float:
 
 
 @command()
-def events(
-    check: bool = option("Compare with the file that is there, and write nothing.", default=False),
-) -> None:
+def events(*, check: bool = False) -> None:
     """Write the suite of hard events, benchmarks/events/events.json.
 
     Exits with 1 if the file that is there differs.
+
+    Parameters
+    ----------
+    check
+        Compare with the file that is there, and write nothing.
     """
     from pathlib import Path
 

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import click
 
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import command, option
+from capsule_sym._commands.signature import between, command, option
 
-REPEATS = options.count("Repeats of each timing; the median is reported.", 3, 1)
-QUICK = option("Only a few runs of each set, about 20 s.")
+Repeats = Annotated[int, between(1, help="Repeats of each timing; the median is reported.")]
+Quick = Annotated[bool, option(help="Only a few runs of each set, about 20 s.")]
 
 
 @command()
 def bench(
-    repeats: int = REPEATS,
-    only: str = option("Only tools with TEXT in their name.", default="", metavar="TEXT"),
-    quick: bool = QUICK,
-    out: Path | None = options.out("Write the record to this directory, part by part."),
-    as_json: bool = options.as_json,
+    *,
+    repeats: Repeats = 3,
+    only: Annotated[str, option(metavar="TEXT")] = "",
+    quick: Quick = False,
+    out: options.Folder = None,
+    as_json: options.Json = False,
 ) -> None:
     """Measure speed against error, beside other tools, and the goals.
 
@@ -37,6 +38,13 @@ def bench(
     and RK4 in C among them, where cc is; "ratios" are their times over ours. "growth" is ours
     alone; "widths" counts what is wrong in lanes and in 106 bits; "roots" sets Newton's method
     beside Brent's; and "goals" is what has to be reached.
+
+    Parameters
+    ----------
+    only
+        Only tools with TEXT in their name.
+    out
+        Write the record to this directory, part by part.
     """
     from benchmarks.speed.study import Study
     from capsule_sym._records import dumps
@@ -71,16 +79,22 @@ def bench(
 
 @command()
 def first_calls(
-    repeats: int = REPEATS,
-    quick: bool = QUICK,
-    out: Path | None = options.out("Write first-calls.json to this directory."),
-    as_json: bool = options.as_json,
+    *,
+    repeats: Repeats = 3,
+    quick: Quick = False,
+    out: options.Folder = None,
+    as_json: options.Json = False,
 ) -> None:
     """Measure by the clock what a person calls first: under a minute.
 
     A run with its segments, states at a million times, a fit's inner loop, and whole processes;
     beside SciPy's dense output and heyoka.py's over the same segments. Each is the least of the
     repeats, which go in rounds through all.
+
+    Parameters
+    ----------
+    out
+        Write first-calls.json to this directory.
     """
     from benchmarks.speed.first_calls import figures, how, lacking
 
@@ -94,15 +108,23 @@ def first_calls(
 
 @command()
 def scenes(
-    rounds: int = options.count("Rounds through all scenes.", 9, 1),
-    quick: bool = QUICK,
-    out: Path | None = options.out("Write scenes.json to this directory."),
-    as_json: bool = options.as_json,
+    *,
+    rounds: Annotated[int, between(1)] = 9,
+    quick: Quick = False,
+    out: options.Folder = None,
+    as_json: options.Json = False,
 ) -> None:
     """Measure microseconds a switch of each scene, and their ratio to the capsule's.
 
     Of runs from rest over 100 periods: 200 parameter sets about the default ones, and 200 random
     ones, one by one and by one call.
+
+    Parameters
+    ----------
+    rounds
+        Rounds through all scenes.
+    out
+        Write scenes.json to this directory.
     """
     from benchmarks.speed.scenes import GOAL, how, speeds
 
@@ -135,15 +157,21 @@ def installation(
 
 @command()
 def bench_design(
-    repeats: int = REPEATS,
-    quick: bool = QUICK,
-    out: Path | None = options.out("Write design.json to this directory."),
-    as_json: bool = options.as_json,
+    *,
+    repeats: Repeats = 3,
+    quick: Quick = False,
+    out: options.Folder = None,
+    as_json: options.Json = False,
 ) -> None:
     """Measure what an optimiser of drives is built on, by processor time, the best of the repeats.
 
     Cells with all metrics and multipliers, a run's derivatives, optima, fits, long itineraries, and
     attractors along a parameter.
+
+    Parameters
+    ----------
+    out
+        Write design.json to this directory.
     """
     from benchmarks.speed.design import goals
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 import click
 
@@ -16,20 +16,16 @@ from capsule_sym._errors import counted
 
 @command()
 def attractors(
-    system: options.System = options.ranged_parameters(counted=True),
-    windows: dict[str, Any] = options.windows(),
-    state: tuple[float, float, float] = options.state("Start state, apart from the ranges."),
-    count: int = options.count("Starts in the box.", 400, None, None, "--starts"),
-    periods: int | None = option(
-        "Excitation periods after which a run counts as unsettled.  [default: 4096, over a range "
-        "of a parameter 1024]"
-    ),
-    threads: int = options.count("Threads that run starts.", 1, None, None, "--workers"),
-    out: options.Path | None = options.out(
-        "Write the JSON and the table as CSV here, over a range of a parameter the picture too."
-    ),
-    max_seconds: float = options.max_seconds(),
-    as_json: bool = options.as_json,
+    *,
+    system: options.CountedRanged,
+    windows: options.Windows,
+    state: options.State = (0.0, 0.0, 0.0),
+    count: Annotated[int, option("--starts")] = 400,
+    periods: int | None = None,
+    threads: Annotated[int, option("--workers")] = 1,
+    out: options.Folder = None,
+    max_seconds: options.TimeLimit = 600.0,
+    as_json: options.Json = False,
 ) -> None:
     """Find all attractors of a box of starts, and the fraction of starts for each.
 
@@ -42,18 +38,31 @@ def attractors(
 
     Exits with 3 at the time limit. After Ctrl-C, as at the limit, the results so far are shown and
     written.
+
+    Parameters
+    ----------
+    state
+        Start state, apart from the ranges. [default: 0 0 0]
+    count
+        Starts in the box.
+    periods
+        Excitation periods after which a run counts as unsettled. [default: 4096, over a range of a
+        parameter 1024]
+    threads
+        Threads that run starts.
+    out
+        Write the JSON and the table as CSV here, over a range of a parameter the picture too.
     """
     from numpy import array, linspace
 
     from capsule_sym._native import Watch
 
     over = options.only_range()
-    given = {name: window for name, window in windows.items() if window}
-    if not given:
+    if not windows:
         raise click.UsageError("give a range of starts, such as --x-r -1:1")
     parameters, device = system.load()
     limit = Watch(max_seconds)
-    starts = dict(zip(parameters.scene.facts.STATE, state, strict=True)) | given
+    starts = dict(zip(parameters.scene.facts.STATE, state, strict=True)) | windows
     how: dict[str, Any] = {"count": count, "threads": threads, "max_seconds": limit.left}
     if periods is not None:
         how["periods"] = periods

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import settled
-from capsule_sym._commands.signature import command, option
+from capsule_sym._commands.signature import between, command, option
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._parameters import CAPSULE, scene_in
 
@@ -37,34 +37,27 @@ class _Target(options.Named):
         return super().convert(value, param, ctx)
 
 
+_Range = tuple[str, tuple[float, float]]
+_TARGET = option(type=_Target())
+_FORMULA = options.Named(click.STRING, "alpha=0.5*omega**2")
+_TIES = options.by_name(_FORMULA, "--with", metavar="NAME=FORMULA")
+
+
 @command()
 def branch(
-    system: options.System = options.ranged_parameters(),
-    along: tuple[str, tuple[float, float]] | None = option(
-        "Varied name of --with that has no option of its own, with its range.",
-        type=options.Named(example="s=0.1:2"),
-    ),
-    points: int = options.count("Least number of steps.", 100),
-    restart: tuple[str, str] | None = option(
-        "Start at a labelled point, such as PD1, of a branch.json.", nargs=2, metavar="FILE LABEL"
-    ),
-    to: tuple[str | None, float] | None = option(
-        "With --restart: final value, with NAME= for another parameter.", type=_Target()
-    ),
-    cascade: int = options.count(
-        "Continue branches of doubled orbits too, to this depth.", 0, 0, metavar="DEPTH"
-    ),
-    ties: dict[str, Any] = options.by_name(
-        "A parameter tied to the varied one, such as alpha=0.5*omega**2. Repeatable.",
-        "--with",
-        of=options.Named(click.STRING, "alpha=0.5*omega**2"),
-        metavar="NAME=FORMULA",
-    ),
-    state: tuple[float, float, float] = options.state(),
-    out: options.Path | None = options.tables,
-    max_seconds: float = options.max_seconds(),
-    certify: options.Path | None = options.certify("the bifurcations"),
-    as_json: bool = options.as_json,
+    *,
+    system: options.Ranged,
+    along: Annotated[_Range | None, option(type=options.Named(example="s=0.1:2"))] = None,
+    points: int = 100,
+    restart: Annotated[tuple[str, str] | None, option(metavar="FILE LABEL")] = None,
+    to: Annotated[tuple[str | None, float] | None, _TARGET] = None,
+    cascade: Annotated[int, between(0, metavar="DEPTH")] = 0,
+    ties: Annotated[dict[str, Any], _TIES],
+    state: options.State = (0.0, 0.0, 0.0),
+    out: options.Folder = None,
+    max_seconds: options.TimeLimit = 600.0,
+    certify: options.Certificate = None,
+    as_json: options.Json = False,
 ) -> None:
     """Continue a periodic orbit in a parameter, with all its bifurcations.
 
@@ -84,6 +77,23 @@ def branch(
 
     Exits with 3, and the reason, if there is no orbit to begin with or the branch ends early. After
     Ctrl-C, as at the time limit, the results so far are shown and written.
+
+    Parameters
+    ----------
+    along
+        Varied name of --with that has no option of its own, with its range.
+    points
+        Least number of steps.
+    restart
+        Start at a labelled point, such as PD1, of a branch.json.
+    to
+        With --restart: final value, with NAME= for another parameter.
+    cascade
+        Continue branches of doubled orbits too, to this depth.
+    ties
+        A parameter tied to the varied one, such as alpha=0.5*omega**2. Repeatable.
+    certify
+        Prove the bifurcations in ball arithmetic, and write its certificate here.
     """
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.settings import check_points
@@ -136,7 +146,7 @@ def branch(
     tell_early_end(ended)
 
 
-def _range(along: tuple[str, tuple[float, float]] | None) -> tuple[str, float, float]:
+def _range(along: _Range | None) -> tuple[str, float, float]:
     """Name and range of the varied parameter, from its own option or from --along."""
     for name in (along[0], *options.ranges()) if along else ():
         options.check_beside(name, never=("along",))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
@@ -24,16 +24,15 @@ _SHOWN = 10  # differences
 
 @command()
 def check(
-    switches: str = argument(type=click.Path(), metavar="SWITCHES.csv"),
-    system: options.System = options.parameters(),
-    state: tuple[float, float, float] | None = option(
-        "State at the start.  [default: that of the file, or 0 0 0]", metavar="X_R V_R V_C"
-    ),
-    phase: float | None = option("Time at the start.  [default: that of the file, or 0]"),
-    end: float | None = option("Time at the end.  [default: that of the file, or the last one]"),
-    tolerance: float | None = option("Tolerance that the integrator had.", type=Seconds()),
-    max_seconds: float = options.max_seconds(120.0),
-    as_json: bool = options.as_json,
+    *,
+    switches: Annotated[str, argument(type=click.Path(), metavar="SWITCHES.csv")],
+    system: options.Chosen,
+    state: Annotated[options.Triple | None, option(metavar="X_R V_R V_C")] = None,
+    phase: float | None = None,
+    end: float | None = None,
+    tolerance: Annotated[float | None, option(type=Seconds())] = None,
+    max_seconds: options.TimeLimit = 120.0,
+    as_json: options.Json = False,
 ) -> None:
     """Compare an integrator's switches with the exact ones, with the causes of differences.
 
@@ -44,6 +43,17 @@ def check(
 
     Errors are compared with their growth along the motion, up to the horizon of double precision.
     Exits with 1 if a switch is missed or invented.
+
+    Parameters
+    ----------
+    state
+        State at the start. [default: that of the file, or 0 0 0]
+    phase
+        Time at the start. [default: that of the file, or 0]
+    end
+        Time at the end. [default: that of the file, or the last one]
+    tolerance
+        Tolerance that the integrator had.
     """
     from capsule_sym._check.switch_file import read_switches
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import click
 
@@ -16,22 +16,17 @@ from capsule_sym._errors import InvalidInput, counted
 
 @command()
 def curve(
-    system: options.System = options.ranged_parameters(),
-    kind: str = option(
-        "Bifurcations of this type (or part of its name), such as grazing-sliding; or a label of "
-        "`branch`, such as GR1; or all.",
-        "--bifurcation",
-        required=True,
-        metavar="TYPE|LABEL",
-    ),
-    at: float | None = option("Value of the second parameter for the search of bifurcations."),
-    points: int = options.count("Least number of steps over each range.", 50),
-    leaving: bool = option("Continue the other curves through codimension-two points as well."),
-    state: tuple[float, float, float] = options.state(),
-    out: options.Path | None = options.tables,
-    max_seconds: float = options.max_seconds(),
-    certify: options.Path | None = options.certify("the points"),
-    as_json: bool = options.as_json,
+    *,
+    system: options.Ranged,
+    kind: Annotated[str, option("--bifurcation", metavar="TYPE|LABEL")],
+    at: float | None = None,
+    points: int = 50,
+    leaving: bool = False,
+    state: options.State = (0.0, 0.0, 0.0),
+    out: options.Folder = None,
+    max_seconds: options.TimeLimit = 600.0,
+    certify: options.Certificate = None,
+    as_json: options.Json = False,
 ) -> None:
     """Continue bifurcations in two parameters, with their codimension-two points.
 
@@ -48,6 +43,20 @@ def curve(
     With --certify alpha is solved for at every point; the other parameters are exact. Exits with 3,
     and the reason, if there is no orbit to begin with, if a curve has no points, or at the time
     limit; exits with 4 if --certify does not prove all.
+
+    Parameters
+    ----------
+    kind
+        Bifurcations of this type (or part of its name), such as grazing-sliding; or a label of
+        `branch`, such as GR1; or all.
+    at
+        Value of the second parameter for the search of bifurcations.
+    points
+        Least number of steps over each range.
+    leaving
+        Continue the other curves through codimension-two points as well.
+    certify
+        Prove the points in ball arithmetic, and write its certificate here.
     """
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.curves.continuing import check

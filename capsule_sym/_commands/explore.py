@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 from tempfile import gettempdir
+from typing import Annotated
 
 import click
 
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import command, option
+from capsule_sym._commands.signature import between, command, option
 from capsule_sym._explorer import page
 from capsule_sym._files import write_whole
 
@@ -17,20 +18,25 @@ _NAME = "capsule-sym-explorer.html"
 
 @command(further=options.without_scene("shows all scenes on one page"))
 def explore(
-    out: Path | None = options.out("Write the page here, without opening it.", "FILE.html"),
-    port: int | None = option(
-        "Serve it on this machine at a port (0: any free) until Ctrl-C, for browsers that allow "
-        "no workers in a page from a file.",
-        "--serve",
-        type=click.IntRange(0, 65535),
-        metavar="PORT",
-    ),
-    opens: bool = option("Open the page in a browser.", "--open/--no-open", default=True),
-    as_json: bool = options.as_json,
+    *,
+    out: Annotated[Path | None, options.written("FILE.html")] = None,
+    port: Annotated[int | None, between(0, 65535, "--serve", metavar="PORT")] = None,
+    opens: Annotated[bool, option("--open/--no-open")] = True,
+    as_json: options.Json = False,
 ) -> None:
     """The exact map in a browser: motions, diagrams and charts on one page, without a network.
 
     By default the page is written to the directory of temporary files and opened.
+
+    Parameters
+    ----------
+    out
+        Write the page here, without opening it.
+    port
+        Serve it on this machine at a port (0: any free) until Ctrl-C, for browsers that allow no
+        workers in a page from a file.
+    opens
+        Open the page in a browser.
     """
     options.check_beside("port", never=("out",))
     if port is not None:

@@ -8,13 +8,13 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import argument, command, option, several
+from capsule_sym._commands.signature import argument, command, group, option
 from capsule_sym._commands.values import Range
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.catalogue import FIGURES, Study
@@ -53,6 +53,10 @@ class _Subject(click.ParamType):  # type: ignore[type-arg]
         return names or [CompletionItem(incomplete, type="file")]
 
 
+_SUBJECTS = argument(type=_Subject(), nargs=-1, required=True, metavar="NAME|RESULT...")
+_WIDTHS = option(type=click.FloatRange(NARROWEST, WIDEST), metavar="INCHES")
+
+
 def _moved(name: str) -> str:
     """Command that draws a figure of this name, if it has moved there."""
     if re.fullmatch(r"fig[1-9]|fig[89]-exact|chart", name):
@@ -67,12 +71,24 @@ def _list() -> str:
 
 
 class Picture(NamedTuple):
-    """The file of a picture, and its look."""
+    """The file of a picture, and its look.
 
-    out: Path
-    width: float
-    dpi: float | None
-    data: bool
+    Parameters
+    ----------
+    out
+        File to write; its ending .png, .svg or .pdf decides the format.
+    width
+        Width of the picture; its type has the same size at any width.
+    dpi
+        Resolution of a PNG, and of dots in the others. [default: 300]
+    data
+        Write what is drawn beside it as well, as CSV.
+    """
+
+    out: Annotated[Path, options.written("FILE")]
+    width: Annotated[float, _WIDTHS] = PAGE
+    dpi: float | None = None
+    data: bool = False
 
     def check(self) -> None:
         """Raises InvalidInput for what no picture can have, before it is computed."""
@@ -83,65 +99,29 @@ class Picture(NamedTuple):
         check_resolution(self.dpi)
 
 
-PICTURE = several(
-    Picture,
-    out=options.out(
-        "File to write; its ending .png, .svg or .pdf decides the format.", "FILE", required=True
-    ),
-    width=option(
-        "Width of the picture; its type has the same size at any width.",
-        type=click.FloatRange(NARROWEST, WIDEST),
-        default=PAGE,
-        show_default=True,
-        metavar="INCHES",
-    ),
-    dpi=option("Resolution of a PNG, and of dots in the others.  [default: 300]", type=float),
-    data=option("Write what is drawn beside it as well, as CSV.", is_flag=True),
-)
-COLOURS = option(
-    "Colours of the segments: for eyes of all kinds, or those of Fig. 7.",
-    type=click.Choice(["safe", "paper"]),
-    default="safe",
-    show_default=True,
-)
+Colours = Annotated[
+    Literal["safe", "paper"],
+    option(help="Colours of the segments: for eyes of all kinds, or those of Fig. 7."),
+]
+_QUANTITIES = click.Choice(["x_r", "v_r", "v_c", *METRIC_UNITS, "lift", "lyapunov"])
+_FILE = click.Path(path_type=Path, dir_okay=False)
 
 
 @command(epilog=_list())
 def figure(
-    subjects: tuple[str, ...] = argument(
-        type=_Subject(), nargs=-1, required=True, metavar="NAME|RESULT..."
-    ),
-    picture: Picture = PICTURE,
-    system: options.System = options.parameters(),
-    colours: Any = COLOURS,
-    quantity: str | None = option(
-        "Of branches: stroboscopic x_r, v_r or v_c [default: x_r]. Of branches and sweeps: a "
-        "metric, such as velocity or work.",
-        "--of",
-        type=click.Choice(["x_r", "v_r", "v_c", *METRIC_UNITS, "lift", "lyapunov"]),
-        metavar="NAME",
-    ),
-    xlim: tuple[float, ...] | None = option(
-        "Range of the horizontal axis that is drawn.", type=Range()
-    ),
-    ylim: tuple[float, ...] | None = option(
-        "Range of the vertical axis, of a figure of one panel.", type=Range()
-    ),
-    kind: str | None = option(
-        "Of a sweep without --of: itineraries over two axes, attractors over two starts, or speed "
-        "against cost of transport.  [default: what the sweep is]",
-        "--as",
-        type=click.Choice(["chart", "basin", "pareto"]),
-    ),
-    curves: tuple[Path, ...] = option(
-        "Of a sweep: a file of `curve --json` or --out, whose curves bound a chart's regions, or "
-        "lie on a metric; any number.",
-        "--curve",
-        type=click.Path(path_type=Path, dir_okay=False),
-        multiple=True,
-        metavar="FILE",
-    ),
-    as_json: bool = options.as_json,
+    *,
+    subjects: Annotated[tuple[str, ...], _SUBJECTS],
+    picture: Annotated[Picture, group(Picture)],
+    system: options.Chosen,
+    colours: Colours = "safe",
+    quantity: Annotated[str | None, option("--of", type=_QUANTITIES, metavar="NAME")] = None,
+    xlim: Annotated[tuple[float, ...] | None, option(type=Range())] = None,
+    ylim: Annotated[tuple[float, ...] | None, option(type=Range())] = None,
+    kind: Annotated[Literal["chart", "basin", "pareto"] | None, option("--as")] = None,
+    curves: Annotated[
+        tuple[Path, ...], option("--curve", type=_FILE, multiple=True, metavar="FILE")
+    ] = (),
+    as_json: options.Json = False,
 ) -> None:
     """Draw a figure by its name, or results.
 
@@ -152,6 +132,22 @@ def figure(
     leave theirs, a colour is a branch; stable orbits are solid, unstable ones dashed; every
     bifurcation has its label, and the key its type and value. Of curves a colour is a type of
     bifurcation; a circle is a point of codimension two.
+
+    Parameters
+    ----------
+    quantity
+        Of branches: stroboscopic x_r, v_r or v_c [default: x_r]. Of branches and sweeps: a metric,
+        such as velocity or work.
+    xlim
+        Range of the horizontal axis that is drawn.
+    ylim
+        Range of the vertical axis, of a figure of one panel.
+    kind
+        Of a sweep without --of: itineraries over two axes, attractors over two starts, or speed
+        against cost of transport. [default: what the sweep is]
+    curves
+        Of a sweep: a file of `curve --json` or --out, whose curves bound a chart's regions, or lie
+        on a metric; any number.
     """
     first = subjects[0]
     picture.check()

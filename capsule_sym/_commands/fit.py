@@ -5,45 +5,61 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import argument, command, option, several
+from capsule_sym._commands.signature import argument, between, command, group, option
 from capsule_sym._design.counts import SEED, STARTS
 from capsule_sym._errors import counted
 
 _CORRELATED = 0.2  # correlation of residuals above which errors are reported as too small
 
 
+_UNKNOWN = option(type=options.Named(bare=True), multiple=True)
+
+
+def _fitting(
+    *,
+    state: options.State = (0.0, 0.0, 0.0),
+    phase: float = 0.0,
+    loss: Literal["linear", "soft_l1", "huber", "cauchy", "arctan"] = "linear",
+    starts: Annotated[int, between(*STARTS)] = 0,
+    seed: Annotated[int, between(*SEED)] = 0,
+    max_seconds: options.TimeLimit = 600.0,
+) -> dict[str, Any]:
+    """Settings of a fit.
+
+    Parameters
+    ----------
+    state
+        State at the first time; for an unknown component its guess. [default: 0 0 0]
+    phase
+        Phase at the first time. [default: 0]
+    loss
+        Loss function; all but linear reduce the weight of outliers.
+    starts
+        Number of further guesses.
+    seed
+        Random seed of --starts.
+    """
+    return locals()
+
+
 @command()
 def fit(
-    data: Path = argument(type=click.Path(path_type=Path, dir_okay=False), metavar="DATA"),
-    system: options.System = options.parameters(),
-    unknown: tuple[Any, ...] = option(
-        "Unknown to fit, with optional bounds: a parameter, x_r, v_r, v_c, phase or x_c. "
-        "Repeatable.",
-        type=options.Named(bare=True),
-        multiple=True,
-    ),
-    how: dict[str, Any] = several(
-        state=options.state("State at the first time; for an unknown component its guess."),
-        phase=option("Phase at the first time.  [default: 0]", type=float, default=0.0),
-        loss=option(
-            "Loss function; all but linear reduce the weight of outliers.",
-            type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
-            default="linear",
-            show_default=True,
-        ),
-        starts=options.count("Number of further guesses.", 0, *STARTS),
-        seed=options.count("Random seed of --starts.", 0, *SEED),
-        max_seconds=options.max_seconds(),
-    ),
-    intervals: bool = option("Profile intervals (95 %), from repeated fits."),
-    out: Path | None = options.out("Write the JSON here, the residuals as CSV, and their picture."),
-    as_json: bool = options.as_json,
+    *,
+    data: Annotated[
+        Path, argument(type=click.Path(path_type=Path, dir_okay=False), metavar="DATA")
+    ],
+    system: options.Chosen,
+    unknown: Annotated[tuple[Any, ...], _UNKNOWN] = (),
+    how: Annotated[dict[str, Any], group(_fitting)],
+    intervals: bool = False,
+    out: options.Folder = None,
+    as_json: options.Json = False,
 ) -> None:
     """Find parameters, start and phase from measured series, by least squares.
 
@@ -55,6 +71,15 @@ def fit(
 
     Exits with 3 if the fit does not converge or explain each column, or if a parameter is not
     identifiable or at a bound.
+
+    Parameters
+    ----------
+    unknown
+        Unknown to fit, with optional bounds: a parameter, x_r, v_r, v_c, phase or x_c. Repeatable.
+    intervals
+        Profile intervals (95 %), from repeated fits.
+    out
+        Write the JSON here, the residuals as CSV, and their picture.
     """
     from capsule_sym._map.checks import checked_seconds
     from capsule_sym._native import Watch

@@ -4,49 +4,54 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import command, option, several
+from capsule_sym._commands.signature import between, command, group, option
 from capsule_sym._design.counts import POINTS, SAMPLES, SEED
 from capsule_sym._errors import InvalidInput
 
 
+def _searching(
+    *,
+    margin: float | None = None,
+    samples: Annotated[int | None, between(*SAMPLES)] = None,
+    seed: Annotated[int, between(*SEED)] = 0,
+    max_seconds: options.TimeLimit = 600.0,
+) -> dict[str, Any]:
+    """Settings of a search, without those that are not given.
+
+    Parameters
+    ----------
+    margin
+        Floquet multipliers at most 1 - MARGIN.
+    samples
+        Number of cells of the survey.
+    seed
+        Random seed of the cells.
+    """
+    return {name: value for name, value in locals().items() if value is not None}
+
+
 @command()
 def optimise(
-    system: options.System = options.parameters(),
-    maximise: str | None = option("Metric to maximise.", metavar="METRIC"),
-    minimise: str | None = option("Metric to minimise.", metavar="METRIC"),
-    over: dict[str, Any] = options.over,
-    subject_to: tuple[str, ...] = option(
-        "A constraint, such as 'peak_force <= 2'. Repeatable.", metavar="LIMIT"
-    ),
-    how: dict[str, Any] = several(
-        margin=option("Floquet multipliers at most 1 - MARGIN.", type=float),
-        samples=options.count("Number of cells of the survey.", None, *SAMPLES),
-        seed=options.count("Random seed of the cells.", 0, *SEED),
-        max_seconds=options.max_seconds(),
-    ),
-    against: str | None = option(
-        "Pareto front: minimise this second metric too.", "--pareto", metavar="METRIC"
-    ),
-    points: int = options.count("Number of points of the front of --pareto.", 50, *POINTS),
-    tolerances: dict[str, float] = options.tolerances,
-    state: tuple[float, float, float] = options.state(),
-    among: str = option(
-        "Motions to consider: those from --state, or all stable ones.",
-        type=click.Choice(["starts", "stable"]),
-        default="starts",
-        show_default=True,
-    ),
-    out: Path | None = options.out(
-        "Write the JSON here, of a front with its table as CSV and its picture."
-    ),
-    as_json: bool = options.as_json,
+    *,
+    system: options.Chosen,
+    maximise: Annotated[str | None, option(metavar="METRIC")] = None,
+    minimise: Annotated[str | None, option(metavar="METRIC")] = None,
+    over: options.Over,
+    subject_to: Annotated[tuple[str, ...], option(metavar="LIMIT")] = (),
+    how: Annotated[dict[str, Any], group(_searching)],
+    against: Annotated[str | None, option("--pareto", metavar="METRIC")] = None,
+    points: Annotated[int, between(*POINTS)] = 50,
+    tolerances: options.Tolerances,
+    state: options.State = (0.0, 0.0, 0.0),
+    among: Literal["starts", "stable"] = "starts",
+    out: options.Folder = None,
+    as_json: options.Json = False,
 ) -> None:
     """Find the parameters at which a metric of the steady motion is greatest or least.
 
@@ -57,6 +62,23 @@ def optimise(
 
     Exits with 2 if no point within the bounds satisfies the constraints, and with 3 if no motion,
     or no optimum, is found.
+
+    Parameters
+    ----------
+    maximise
+        Metric to maximise.
+    minimise
+        Metric to minimise.
+    subject_to
+        A constraint, such as 'peak_force <= 2'. Repeatable.
+    against
+        Pareto front: minimise this second metric too.
+    points
+        Number of points of the front of --pareto.
+    among
+        Motions to consider: those from --state, or all stable ones.
+    out
+        Write the JSON here, of a front with its table as CSV and its picture.
     """
     options.check_beside("maximise", never=("minimise",))
     options.check_beside("points", needs=("against",))
@@ -66,7 +88,6 @@ def optimise(
         raise click.UsageError("give --maximise or --minimise METRIC")
     parameters, device = system.load()
     which = device or parameters
-    how = {name: value for name, value in how.items() if value is not None}
     how |= {"maximise": maximise is not None, "starts": (state,), "tolerances": tolerances}
     how["subject_to"] = subject_to
     found: capsule_sym.Optimum | capsule_sym.Front

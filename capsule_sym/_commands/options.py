@@ -1,19 +1,18 @@
-"""Options that several commands share."""
+"""Options that several commands share, as types of their parameters."""
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from importlib.util import find_spec
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 from click.core import ParameterSource
 
-from capsule_sym._commands.signature import RANGES, WORDS, ByLine, option, several
+from capsule_sym._commands.signature import RANGES, WORDS, Group, Setting, flagged, option
 from capsule_sym._commands.values import Named as Named
 from capsule_sym._commands.values import Range, Seconds, WritablePath, meant
 from capsule_sym._errors import InvalidInput, NotInstalled
@@ -29,33 +28,21 @@ from capsule_sym._parameters import (
 
 if TYPE_CHECKING:
     from pathlib import Path as Path
+else:  # pathlib takes a fifteenth of the time of --help
+    Path = object
 
-    Device = SceneDevice | None
-
-as_json: Any = option("One JSON object on stdout and nothing else.", "--json")
-
-
-def count(
-    help: str,
-    default: int | None,
-    least: int | None = None,
-    most: int | None = None,
-    *flags: str,
-    **settings: Any,
-) -> Any:
-    """Option for an integer, within limits if given."""
-    kind = click.INT if least is None else click.IntRange(least, most)
-    return option(help, *flags, type=kind, default=default, show_default=True, **settings)
+Device = SceneDevice | None
+Triple = tuple[float, float, float]
 
 
-def state(help: str = "State at phase 0 from which the motion settles.") -> Any:
-    """The option --state: x_r, v_r and v_c at the start, by default at rest."""
-    at_rest, text = (0.0, 0.0, 0.0), f"{help}  [default: 0 0 0]"
-    return option(text, type=float, nargs=3, default=at_rest, metavar="X_R V_R V_C")
+def written(metavar: str = "DIR", *flags: str, **settings: Any) -> Setting:
+    """Settings of an option for a directory to write, or a file if its metavar is FILE."""
+    kind = WritablePath(metavar.startswith("FILE"))
+    return option(*flags, type=kind, metavar=metavar, **settings)
 
 
-def by_name(help: str, *flags: str, of: Any, **settings: Any) -> Any:
-    """Option for NAME=VALUE pairs, as a dictionary; a repeated name is refused."""
+def by_name(of: Any, *flags: str, **settings: Any) -> Setting:
+    """Settings of an option for NAME=VALUE pairs as a dictionary, without a repeated name."""
 
     def check(_: click.Context, given: click.Parameter, pairs: Sequence[Any]) -> dict[str, Any]:
         found = dict(pairs)
@@ -64,34 +51,28 @@ def by_name(help: str, *flags: str, of: Any, **settings: Any) -> Any:
             raise InvalidInput(given.opts[0], names, "different parameters")
         return found
 
-    return option(help, *flags, type=of, multiple=True, callback=check, **settings)
+    return option(*flags, type=of, multiple=True, callback=check, **settings)
 
 
-over = by_name(
-    "A varied parameter with its bounds: dimensionless, or of the device. Repeatable.",
-    "--over",
-    of=Named(),
-)
+def _check_provable(context: click.Context, _: click.Parameter, path: Path | None) -> Path | None:
+    """Check that a proof can be made, before work begins."""
+    if path is not None:
+        require("flint")
+        if (scene := scene_of(context.meta[WORDS])) is not CAPSULE:
+            raise InvalidInput("--certify", path, f"absent for the scene {scene.name}")
+    return path
 
 
-def shares(help: str, flag: str = "--tolerance") -> Any:
-    """Option for pairs of a parameter and a share, repeatable."""
-    kind = Named(click.FLOAT, "alpha=0.05")
-    return by_name(help, flag, of=kind, metavar="NAME=SHARE")
-
-
-tolerances = shares("Optimise the worst of the parameter and its values at ±SHARE. Repeatable.")
-
-
-def windows(counted: bool = False) -> Any:
+def _windows(counted: bool = False) -> Group:
     """The options --x-r, --v-r, --v-c and --phase: ranges of starts, on request with counts."""
     kind = Range(counted)
-    return several(
-        x_r=option("Starts along x_r.", type=kind),
-        v_r=option("Starts along v_r.", type=kind),
-        v_c=option("Starts along v_c.", type=kind),
-        phase=option("Starts along the phase.", type=kind),
-    )
+    along = {name: name for name in ("x_r", "v_r", "v_c")} | {"phase": "the phase"}
+    options = [flagged(one, type=kind, help=f"Starts along {of}.") for one, of in along.items()]
+    return Group(lambda _: (_ranges_of_starts, options))
+
+
+def _ranges_of_starts(**given: Any) -> dict[str, Any]:
+    return {name: window for name, window in given.items() if window}
 
 
 class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
@@ -133,53 +114,47 @@ def only_range() -> tuple[str, tuple[float, ...]] | None:
     return next(iter(found.items()), None)
 
 
-def ranged_parameters(counted: bool = False) -> Any:
-    """`parameters` that each take a range too, and ranges of a device's parameters.
-
-    `ranges` returns them.
-    """
-    return ByLine(lambda words: _several(words, _ValueOrRange(counted), counted))
+def _parameters(kind: Any = float, counted: bool | None = None) -> Group:
+    """Options of a `System`; with `counted` those of ranges of a device too."""
+    return Group(lambda words: _of_scene(scene_of(words), kind, counted))
 
 
-def parameters() -> Any:
-    """Options of a `System`: one for each parameter of the line's scene, a file, the scene."""
-    return ByLine(_several)
-
-
-def _several(words: Sequence[str], kind: Any = float, counted: bool | None = None) -> Any:
-    """Options of the scene of a line; with `counted` those of ranges of a device too."""
-    scene = scene_of(words)
+def _of_scene(
+    scene: Scene, kind: Any, counted: bool | None
+) -> tuple[Callable[..., System], list[click.Parameter]]:
+    """One option for each parameter of a scene, a file, and the scene."""
     facts = scene.facts
     of_device = " ".join(
         f"[{name}]" if name in facts.DEVICE_DEFAULTS else name for name in facts.DEVICE
     )
-    dimensionless = {
-        name: option(f"{facts.LABELS[name].capitalize()}.  [default: {default:g}]", type=kind)
-        for name, default in facts.DEFAULTS.items()
-    }
+    dimensionless = [
+        flagged(name, type=kind, help=f"{facts.LABELS[name].capitalize()}.  [default: {value:g}]")
+        for name, value in facts.DEFAULTS.items()
+    ]
     in_si = f" or physical in SI units ({of_device}; no options above)" if of_device else ""
-    file = option(
-        f"File of parameters, dimensionless (options above override it){in_si}.",
-        "--params",
+    file = click.Option(
+        ["file", "--params"],
         type=click.Path(),
         metavar="FILE.toml",
+        help=f"File of parameters, dimensionless (options above override it){in_si}.",
     )
-    named = option(
-        "Scene: the name of a shipped one, or the folder of its generated code.  "
-        f"[default: that of --params, or {CAPSULE.name}]",
-        "--scene",
+    named = click.Option(
+        ["--scene"],
         metavar="NAME|FOLDER",
+        help="Scene: the name of a shipped one, or the folder of its generated code.  "
+        f"[default: that of --params, or {CAPSULE.name}]",
     )
-    driven = {
-        name: option(
-            f"{facts.DEVICE_LABELS[name].capitalize()}"
-            f"{facts.DEVICE[name] and f' ({facts.DEVICE[name]})'}, of the device in --params.",
+    driven = [
+        flagged(
+            name,
             type=_ValueOrRange(bool(counted), device=True),
             expose_value=False,
+            help=f"{facts.DEVICE_LABELS[name].capitalize()}"
+            f"{facts.DEVICE[name] and f' ({facts.DEVICE[name]})'}, of the device in --params.",
         )
         for name in (facts.DRIVEN if counted is not None else ())
-    }
-    return several(partial(System, scene), **dimensionless, file=file, scene=named, **driven)
+    ]
+    return partial(System, scene), [*dimensionless, file, named, *driven]
 
 
 def scene_of(words: Sequence[str]) -> Scene:
@@ -284,24 +259,6 @@ class System:
             raise InvalidInput("--scene", self.named, f"{found.shown}, as in {file}, or absent")
 
 
-def out(what: str, metavar: str = "DIR", flag: str = "--out", **settings: Any) -> Any:
-    """The option --out, or `flag`: a directory to write, or a file if its metavar is FILE."""
-    return option(what, flag, type=WritablePath(metavar[:4] == "FILE"), metavar=metavar, **settings)
-
-
-tables = out("Write the JSON and its tables as CSV here.")
-
-
-def max_seconds(default: float = 600.0, shown: str = "no limit") -> Any:
-    """The option --max-seconds, the time limit of a long command."""
-    return option(
-        "Time limit in seconds, after which the results so far are shown; inf for none.",
-        type=Seconds(),
-        default=default,
-        show_default=shown if default == math.inf else True,
-    )
-
-
 def check_beside(name: str, *, needs: Collection[str] = (), never: Collection[str] = ()) -> None:
     """Raises UsageError for an option, by the name of its value, that has no effect as given.
 
@@ -341,15 +298,47 @@ def require(*names: str) -> None:
             raise NotInstalled(ModuleNotFoundError(name=name))
 
 
-def certify(what: str) -> Any:
-    """The option --certify FILE of a command that can prove its results; `what` names them."""
+Json = Annotated[bool, option("--json", help="One JSON object on stdout and nothing else.")]
+State = Annotated[
+    Triple,
+    option(
+        metavar="X_R V_R V_C",
+        help="State at phase 0 from which the motion settles.  [default: 0 0 0]",
+    ),
+]
+Folder = Annotated[Path | None, written(help="Write the JSON and its tables as CSV here.")]
+Certificate = Annotated[Path | None, written("FILE", callback=_check_provable)]
+TimeLimit = Annotated[
+    float,
+    option(
+        type=Seconds(),
+        help="Time limit in seconds, after which the results so far are shown; inf for none.",
+    ),
+]
+Over = Annotated[
+    dict[str, Any],
+    by_name(
+        Named(),
+        help="A varied parameter with its bounds: dimensionless, or of the device. Repeatable.",
+    ),
+]
+SHARE = Named(click.FLOAT, "alpha=0.05")
+Tolerances = Annotated[
+    dict[str, float],
+    by_name(
+        SHARE,
+        "--tolerance",
+        metavar="NAME=SHARE",
+        help="Optimise the worst of the parameter and its values at ±SHARE. Repeatable.",
+    ),
+]
+Windows = Annotated[dict[str, Any], _windows()]
+CountedWindows = Annotated[dict[str, Any], _windows(counted=True)]
+Chosen = Annotated[System, _parameters()]
+"""Options of a `System`: one for each parameter of the line's scene, a file, the scene."""
+Ranged = Annotated[System, _parameters(_ValueOrRange(), counted=False)]
+"""Those of `Chosen`, where each parameter takes a range too, and ranges of a device's parameters.
 
-    def check(context: click.Context, _: click.Parameter, path: Path | None) -> Path | None:
-        if path is not None:
-            require("flint")
-            if (scene := scene_of(context.meta[WORDS])) is not CAPSULE:
-                raise InvalidInput("--certify", path, f"absent for the scene {scene.name}")
-        return path
-
-    text = f"Prove {what} in ball arithmetic, and write its certificate here."
-    return out(text, "FILE", "--certify", callback=check)
+`ranges` returns them.
+"""
+CountedRanged = Annotated[System, _parameters(_ValueOrRange(counted=True), counted=True)]

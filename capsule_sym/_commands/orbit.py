@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import command
+from capsule_sym._commands.signature import between, command
 from capsule_sym._errors import counted
 
 if TYPE_CHECKING:
@@ -18,15 +18,14 @@ if TYPE_CHECKING:
 
 @command()
 def orbit(
-    system: options.System = options.parameters(),
-    state: tuple[float, float, float] = options.state(),
-    starts: int = options.count(
-        "Search from so many random states too, for unstable and coexisting orbits.", 0, 0
-    ),
-    seed: int = options.count("Random seed of --starts.", 0, 0),
-    max_seconds: float = options.max_seconds(),
-    certify: options.Path | None = options.certify("the orbit"),
-    as_json: bool = options.as_json,
+    *,
+    system: options.Chosen,
+    state: options.State = (0.0, 0.0, 0.0),
+    starts: Annotated[int, between(0)] = 0,
+    seed: Annotated[int, between(0)] = 0,
+    max_seconds: options.TimeLimit = 600.0,
+    certify: options.Certificate = None,
+    as_json: options.Json = False,
 ) -> None:
     """Solve for the periodic orbit on which the motion settles.
 
@@ -40,6 +39,15 @@ def orbit(
     Exits with 3, and the reason, if there is no orbit; the JSON then has the reason as "status".
     Exits with 3 also if a search reaches --max-seconds, with the orbits found so far, and with 4 if
     --certify does not prove all.
+
+    Parameters
+    ----------
+    starts
+        Search from so many random states too, for unstable and coexisting orbits.
+    seed
+        Random seed of --starts.
+    certify
+        Prove the orbit in ball arithmetic, and write its certificate here.
     """
     from capsule_sym._native import Watch
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import click
 
 import capsule_sym
-from capsule_sym._commands import options, present
+from capsule_sym._commands import options, present, signature
 from capsule_sym._commands.orbit import settled
-from capsule_sym._commands.signature import command, option, several
+from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput, counted
 
 if TYPE_CHECKING:
@@ -18,34 +18,20 @@ if TYPE_CHECKING:
 
 @command()
 def pulse(
-    system: options.System = options.parameters(),
-    state: tuple[float, float, float] = options.state("State of the present motion."),
-    to: tuple[float, float, float] | None = option(
-        "State that leads to the target motion.", metavar="X_R V_R V_C"
-    ),
-    between: tuple[int, int] | None = option(
-        "Numbers of the two motions among the attractors of the ranges below.",
-        type=(int, int),
-        metavar="FROM TO",
-    ),
-    reverse: bool = option("Target: the fastest of these attractors in the opposite direction."),
-    windows: dict[str, Any] = options.windows(),
-    over: dict[str, Any] = options.over,
-    how: dict[str, Any] = several(
-        most_periods=options.count("Most periods of the pulse.", 8, 1, 1000, "--max-periods"),
-        least=option(
-            "Quantity to minimise: periods of the pulse, or work of the drive.",
-            type=click.Choice(["periods", "work"]),
-            default="periods",
-            show_default=True,
-        ),
-        tolerances=options.tolerances,
-    ),
-    max_seconds: float = options.max_seconds(60.0),
-    out: options.Path | None = options.out(
-        "Write the JSON here, the drive and both displacements over time as CSV, and the picture."
-    ),
-    as_json: bool = options.as_json,
+    *,
+    system: options.Chosen,
+    state: options.State = (0.0, 0.0, 0.0),
+    to: Annotated[options.Triple | None, option(metavar="X_R V_R V_C")] = None,
+    between: Annotated[tuple[int, int] | None, option(metavar="FROM TO")] = None,
+    reverse: bool = False,
+    windows: options.Windows,
+    over: options.Over,
+    most_periods: Annotated[int, signature.between(1, 1000, "--max-periods")] = 8,
+    least: Literal["periods", "work"] = "periods",
+    tolerances: options.Tolerances,
+    max_seconds: options.TimeLimit = 60.0,
+    out: options.Folder = None,
+    as_json: options.Json = False,
 ) -> None:
     """Switch from one motion to another by a pulse of the drive, the shortest or cheapest.
 
@@ -56,6 +42,23 @@ def pulse(
 
     Exits with 3 if a motion is not periodic, or no pulse is found. After Ctrl-C, as at the time
     limit, the results so far are shown and written.
+
+    Parameters
+    ----------
+    state
+        State of the present motion. [default: 0 0 0]
+    to
+        State that leads to the target motion.
+    between
+        Numbers of the two motions among the attractors of the ranges below.
+    reverse
+        Target: the fastest of these attractors in the opposite direction.
+    most_periods
+        Most periods of the pulse.
+    least
+        Quantity to minimise: periods of the pulse, or work of the drive.
+    out
+        Write the JSON here, the drive and both displacements over time as CSV, and the picture.
     """
     from capsule_sym._native import Watch
 
@@ -68,11 +71,18 @@ def pulse(
     parameters, device = system.load()
     limit = Watch(max_seconds)
     with present.stoppable(limit, "Switching") as tell:
-        starts = {name: window for name, window in windows.items() if window}
-        ends = _motions(parameters, (state, to), between, starts, limit, as_json)
-        how |= {"max_seconds": limit.left, "progress": tell}
+        ends = _motions(parameters, (state, to), between, windows, limit, as_json)
         try:
-            found = capsule_sym.switch_by_pulse(*ends, over or None, device or parameters, **how)
+            found = capsule_sym.switch_by_pulse(
+                *ends,
+                over or None,
+                device or parameters,
+                most_periods=most_periods,
+                least=least,
+                tolerances=tolerances,
+                max_seconds=limit.left,
+                progress=tell,
+            )
         except InvalidInput as error:
             if error.field != "end":
                 raise

@@ -5,32 +5,27 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
-
-import click
+from typing import Annotated, Any, Literal
 
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import counted
 
+_USUAL_BACKEND = option(show_default="c where it was compiled, else numpy")
+
 
 @command()
 def run(
-    system: options.System = options.parameters(),
-    state: tuple[float, float, float] = options.state("State at the start."),
-    phase: float = option(
-        "Time at the start, within the excitation period 2π/ω.  [default: 0]", default=0.0
-    ),
-    periods: int = options.count("Excitation periods to run.", 100),
-    backend: str | None = option(
-        "Double precision (c, numpy), or 50 digits.",
-        type=click.Choice(["c", "numpy", "mpmath"]),
-        show_default="c where it was compiled, else numpy",
-    ),
-    max_seconds: float = options.max_seconds(120.0),
-    certify: options.Path | None = options.certify("every switch of the run, and its end,"),
-    as_json: bool = options.as_json,
+    *,
+    system: options.Chosen,
+    state: options.State = (0.0, 0.0, 0.0),
+    phase: float = 0.0,
+    periods: int = 100,
+    backend: Annotated[Literal["c", "numpy", "mpmath"] | None, _USUAL_BACKEND] = None,
+    max_seconds: options.TimeLimit = 120.0,
+    certify: options.Certificate = None,
+    as_json: options.Json = False,
 ) -> None:
     """Run the map and show the steady motion at the end.
 
@@ -42,6 +37,20 @@ def run(
     "progression" is the advance of the capsule per excitation period. "stopped" exists only if the
     run ended early, and gives the reason. Exits with 3 if nothing was computed, and with 4 if
     --certify does not prove it.
+
+    Parameters
+    ----------
+    state
+        State at the start. [default: 0 0 0]
+    phase
+        Time at the start, within the excitation period 2π/ω. [default: 0]
+    periods
+        Excitation periods to run.
+    backend
+        Double precision (c, numpy), or 50 digits.
+    certify
+        Prove every switch of the run, and its end, in ball arithmetic, and write its certificate
+        here.
     """
     from capsule_sym._native import Watch
     from capsule_sym._records import physical_record, run_record

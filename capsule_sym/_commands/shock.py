@@ -3,42 +3,29 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import settled
-from capsule_sym._commands.signature import command, option, several
+from capsule_sym._commands.signature import between, command, option
 
 
 @command()
 def shock(
-    system: options.System = options.parameters(),
-    state: tuple[float, float, float] = options.state(),
-    how: dict[str, Any] = several(
-        weights=option(
-            "Weights of x_r, v_r and v_c in a knock's size; inf excludes a component.",
-            type=(float, float, float),
-            default=(1.0, 1.0, 1.0),
-            show_default=True,
-        ),
-        largest=option("Largest size of a knock to try.", type=float),
-        samples=options.count(
-            "Final knocks within the smallest one found, to confirm it.", 10_000, 100, 10_000_000
-        ),
-        periods=option(
-            "Excitation periods within which a motion has to return.  [default: 1024, more "
-            "if the motion attracts slowly]",
-            type=int,
-        ),
-        seed=options.count("Random seed of the knocks.", 0, 0),
-    ),
-    max_seconds: float = options.max_seconds(60.0),
-    out: Path | None = options.out("Write the JSON here, and the picture."),
-    as_json: bool = options.as_json,
+    *,
+    system: options.Chosen,
+    state: options.State = (0.0, 0.0, 0.0),
+    weights: Annotated[options.Triple, option(type=(float, float, float))] = (1.0, 1.0, 1.0),
+    largest: float | None = None,
+    samples: Annotated[int, between(100, 10_000_000)] = 10_000,
+    periods: int | None = None,
+    seed: Annotated[int, between(0)] = 0,
+    max_seconds: options.TimeLimit = 60.0,
+    out: options.Folder = None,
+    as_json: options.Json = False,
 ) -> None:
     """Find the smallest knock, at any time, after which a motion is lost.
 
@@ -49,6 +36,22 @@ def shock(
 
     Exits with 3 if there is no motion, or at the time limit. After Ctrl-C, as at the limit, the
     results so far are shown and written.
+
+    Parameters
+    ----------
+    weights
+        Weights of x_r, v_r and v_c in a knock's size; inf excludes a component.
+    largest
+        Largest size of a knock to try.
+    samples
+        Final knocks within the smallest one found, to confirm it.
+    periods
+        Excitation periods within which a motion has to return. [default: 1024, more if the motion
+        attracts slowly]
+    seed
+        Random seed of the knocks.
+    out
+        Write the JSON here, and the picture.
     """
     from capsule_sym._native import Watch
 
@@ -56,9 +59,16 @@ def shock(
     limit = Watch(max_seconds)
     with present.stoppable(limit, "Knocking:") as tell:
         orbit = settled(parameters, state, limit, as_json)
-        how |= {"max_seconds": limit.left, "progress": tell}
-        found = capsule_sym.minimal_shock(orbit, **how)
-
+        found = capsule_sym.minimal_shock(
+            orbit,
+            weights=weights,
+            largest=largest,
+            samples=samples,
+            periods=periods,
+            seed=seed,
+            max_seconds=limit.left,
+            progress=tell,
+        )
     extra = {} if device is None else {"si": _in_si(found, device)}
     drawn = found.phase is not None
     present.report(found, "shock", lambda: _print(found, device), out, as_json, extra, drawn=drawn)

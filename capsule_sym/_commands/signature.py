@@ -1,26 +1,21 @@
-"""Commands made from functions: the default of a parameter is its option or argument."""
+"""Commands made from functions: their parameters are options, described by the docstring.
+
+The type of a parameter decides how a text is read. `Annotated` adds what the type leaves open: an
+`option` or an `argument` with settings of click, or a `Group` of options that make one value. The
+text below the parameter's name, in the docstring's section "Parameters", is the help.
+"""
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 import click
 
 from capsule_sym._errors import InvalidInput
-
-# Settings of click by the annotation of a parameter.
-_KINDS: dict[str, dict[str, Any]] = {
-    "bool": {"is_flag": True},
-    "float": {"type": float},
-    "int": {"type": int},
-    "str": {"type": str},
-    "tuple[float, float, float]": {"type": float, "nargs": 3},
-    "tuple[str, ...]": {"type": str, "multiple": True},
-}
-
 
 RANGES = f"{__name__}.ranges"
 """Key of the ranges of parameters in a command's context."""
@@ -43,50 +38,49 @@ _OPTIONS = {
 }
 
 
-class _Several:
-    """Options that a command gets as one value, made by `make` from their values by name."""
+class Setting(NamedTuple):
+    """What the type of a parameter leaves open: kind, flags, and settings of click."""
 
-    def __init__(self, make: Callable[..., Any], options: Sequence[click.Parameter]) -> None:
-        self.make, self.options = make, options
-
-    def take(self, values: dict[str, Any]) -> Any:
-        """Value made from those of the options, which are removed from `values`."""
-        names = [one.name for one in self.options if one.expose_value]
-        return self.make(**{str(name): values.pop(name) for name in names})
+    kind: type[click.Parameter]
+    flags: tuple[str, ...]
+    settings: dict[str, Any]
 
 
-def option(help: str, *flags: str, **settings: Any) -> Any:
-    """Default of a parameter that is an option of a command.
+def option(*flags: str, **settings: Any) -> Setting:
+    """Settings of an option; its flags are by default those of its name.
 
-    `flags` are by default those of its name; `settings` are those of click. The type is that of the
-    parameter unless `type` is given.
+    A `help` here is that of a parameter without a text in the docstring.
     """
-    return partial(_option, help, flags, settings)
+    return Setting(click.Option, flags, settings)
 
 
-def _option(
-    help: str, flags: Sequence[str], settings: dict[str, Any], name: str, kind: str = ""
-) -> click.Option:
-    chosen = (name, *(flags or [f"--{name.replace('_', '-')}"]))
-    if "type" not in settings:
-        settings = _KINDS.get(kind.removesuffix(" | None"), {}) | settings
-    return click.Option(chosen, help=help, **settings)
+def argument(**settings: Any) -> Setting:
+    """Settings of an argument."""
+    return Setting(click.Argument, (), settings)
 
 
-def argument(**settings: Any) -> Any:
-    """Default of a parameter that is an argument of a command."""
-    return lambda name, _: click.Argument([name], **settings)
+def between(least: int, most: int | None = None, *flags: str, **settings: Any) -> Setting:
+    """Settings of an option for an integer within limits."""
+    return option(*flags, type=click.IntRange(least, most), **settings)
 
 
-def several(make: Callable[..., Any] = dict, **options: Any) -> Any:
-    """Default of a parameter that has several options, by name: `make` gets their values."""
-    return _Several(make, [made(name) for name, made in options.items()])
+class Group(NamedTuple):
+    """Options that a command gets as one value, made by a function of the words of its line.
+
+    The function returns what makes the value, and its options.
+    """
+
+    of_line: Callable[[Sequence[str]], tuple[Callable[..., Any], Sequence[click.Parameter]]]
 
 
-class ByLine(NamedTuple):
-    """Default of a parameter whose options depend on the line, a `several` of its words."""
+def flagged(name: str, **settings: Any) -> click.Option:
+    """Option with the flag of its name."""
+    return click.Option([name, f"--{name.replace('_', '-')}"], **settings)
 
-    made: Callable[[Sequence[str]], Any]
+
+def group(make: Callable[..., Any]) -> Group:
+    """Options of the parameters of a function, which makes one value of theirs."""
+    return Group(lambda _: (make, _read(make, ())[0]))
 
 
 class Command(click.Command):
@@ -126,35 +120,86 @@ def command(
 ) -> Callable[[Callable[..., Any]], Command]:
     """Decorator that makes a command of a function, with its name and its docstring as help.
 
-    The default of each parameter is made by `option`, `argument`, `several` or `ByLine`. `further`
-    options are not passed to the function.
+    `further` options are not passed to the function.
     """
 
     def decorate(function: Callable[..., Any], words: Sequence[str] = ()) -> Command:
-        parameters: list[click.Parameter] = []
-        joined: dict[str, _Several] = {}
-        given = zip(function.__annotations__.items(), function.__defaults__ or (), strict=False)
-        for (name, kind), default in given:
-            if isinstance(default, ByLine):
-                default = default.made(words)
-            if isinstance(default, _Several):
-                joined[name] = default
-                parameters += default.options
-            else:
-                parameters.append(default(name, kind))
+        parameters, joined = _read(function, words)
 
         def called(**values: Any) -> Any:
-            return function(**{name: one.take(values) for name, one in joined.items()}, **values)
+            for name, (make, options) in joined.items():
+                parts = [str(one.name) for one in options if one.expose_value]
+                values[name] = make(**{part: values.pop(part) for part in parts})
+            return function(**values)
 
-        name = function.__name__.replace("_", "-")
         made = Command(
-            name,
+            function.__name__.replace("_", "-"),
             callback=called,
             params=[*parameters, *further],
-            help=function.__doc__,
+            help=_texts(function)[0],
             epilog=epilog,
         )
         made.of_line = partial(decorate, function)
         return made
 
     return decorate
+
+
+def _read(
+    function: Callable[..., Any], words: Sequence[str]
+) -> tuple[list[click.Parameter], dict[str, Any]]:
+    """Options of a function on a line of these words, and groups of them by parameter."""
+    texts, hints = _texts(function)[1], get_type_hints(function, include_extras=True)
+    parameters, joined = list[click.Parameter](), dict[str, Any]()
+    for name, one in inspect.signature(function).parameters.items():
+        hint = hints[name]
+        about = hint.__metadata__[-1] if hasattr(hint, "__metadata__") else option()
+        if isinstance(about, Group):
+            joined[name] = about.of_line(words)
+            parameters += joined[name][1]
+        else:
+            kind = hint.__origin__ if hasattr(hint, "__metadata__") else hint
+            parameters.append(_parameter(name, kind, one.default, about, texts.get(name)))
+    return parameters, joined
+
+
+def _parameter(
+    name: str, kind: Any, default: Any, about: Setting, text: str | None
+) -> click.Parameter:
+    """Option or argument of a parameter."""
+    settings = ({} if "type" in about.settings else _of_type(kind)) | about.settings
+    if default is inspect.Parameter.empty:
+        settings.setdefault("required", not settings.get("multiple"))
+    elif default not in (None, "", ()) and default is not False:
+        settings["default"] = default
+    if about.kind is click.Argument:
+        return click.Argument([name], required=settings.pop("required", False), **settings)
+    settings["help"] = text or settings.get("help", "")
+    if "default" in settings and "[default:" not in settings["help"]:
+        settings.setdefault("show_default", default is not True)
+    return click.Option([name, *(about.flags or [f"--{name.replace('_', '-')}"])], **settings)
+
+
+def _of_type(kind: Any) -> dict[str, Any]:
+    """Settings of click for values of a type."""
+    first, *rest = get_args(kind) or [None]
+    if rest == [type(None)]:
+        return _of_type(first)
+    if get_origin(kind) is Literal:
+        return {"type": click.Choice([first, *rest])}
+    if get_origin(kind) is tuple:
+        return {"type": first} | ({"multiple": True} if rest == [...] else {"nargs": 1 + len(rest)})
+    if kind is bool:
+        return {"is_flag": True}
+    return {"type": kind} if kind in (float, int, str) else {}
+
+
+def _texts(function: Callable[..., Any]) -> tuple[str, dict[str, str]]:
+    """Docstring of a function without its parameters, and the text of each of these."""
+    about, _, listed = inspect.cleandoc(function.__doc__ or "").partition(
+        "\n\nParameters\n----------\n"
+    )
+    found = re.findall(r"^(\w+)\n((?: +.*\n?)+)", listed, re.MULTILINE)
+    lines = ((name, " ".join(text.split())) for name, text in found)
+    # Two spaces before a default, as click writes them.
+    return about, {name: re.sub(r"\. \[default:", ".  [default:", text) for name, text in lines}

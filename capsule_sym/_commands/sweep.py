@@ -7,55 +7,58 @@ import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import argument, command, option, several
+from capsule_sym._commands.signature import argument, command, group, option
 from capsule_sym._errors import counted
 from capsule_sym._sweeps.quantities import VARIABLES
 from capsule_sym._units import METRIC_UNITS
 
 _EXTRA = ("xarray", "zarr", "filelock", "google_crc32c")
-_store = partial(option, "Directory of the results.", "--out", metavar="DIR")
-_running = several(
-    resume=option("Continue an existing store.", is_flag=True),
-    any_core=option(
-        "Resume with a different core; results then differ in the last bits.", is_flag=True
-    ),
-    workers=option("Number of parallel chunks.  [default: one per core]", type=int),
-    max_seconds=options.max_seconds(3600.0),
-)
+_STORE = option("--out", metavar="DIR", help="Directory of the results.")
+_METRICS = click.Choice([*METRIC_UNITS, "lyapunov"])
+
+
+def _running(
+    *,
+    resume: bool = False,
+    any_core: bool = False,
+    workers: int | None = None,
+    max_seconds: options.TimeLimit = 3600.0,
+) -> dict[str, Any]:
+    """Settings of a run that can be resumed.
+
+    Parameters
+    ----------
+    resume
+        Continue an existing store.
+    any_core
+        Resume with a different core; results then differ in the last bits.
+    workers
+        Number of parallel chunks. [default: one per core]
+    """
+    options.check_beside("any_core", needs=("resume",))
+    return locals()
 
 
 @command()
 def sweep(
-    plan: str | None = argument(metavar="[FILE.toml]", required=False),
-    system: options.System = options.ranged_parameters(counted=True),
-    periods: int | None = option("Excitation periods to run.  [default: 300]"),
-    compute: str | None = option("Quantities, such as itinerary,energies.", metavar="NAMES"),
-    metric: str | None = option(
-        "Draw this metric, such as velocity, over one or two axes into DIR/NAME.svg, and compute "
-        "what it needs.",
-        "--of",
-        type=click.Choice([*METRIC_UNITS, "lyapunov"]),
-        metavar="NAME",
-    ),
-    info: Path | None = option(
-        "Show axes, progress, outcomes, attractors and provenance of a store, also of a basin.",
-        type=click.Path(path_type=Path),
-        metavar="DIR",
-    ),
-    check: bool = option(
-        "With --info: compare every file with its checksum; exit 1 if one is damaged."
-    ),
-    store: str | None = _store(),
-    how: dict[str, Any] = _running,
-    as_json: bool = options.as_json,
+    *,
+    plan: Annotated[str | None, argument(metavar="[FILE.toml]")] = None,
+    system: options.CountedRanged,
+    periods: int | None = None,
+    compute: Annotated[str | None, option(metavar="NAMES")] = None,
+    metric: Annotated[str | None, option("--of", type=_METRICS, metavar="NAME")] = None,
+    info: Annotated[Path | None, option(type=click.Path(path_type=Path), metavar="DIR")] = None,
+    check: bool = False,
+    store: Annotated[str | None, _STORE] = None,
+    how: Annotated[dict[str, Any], group(_running)],
+    as_json: options.Json = False,
 ) -> None:
     """Run every cell of the sweep in FILE.toml, or over ranges, and keep the results in DIR.
 
@@ -78,6 +81,20 @@ def sweep(
     scene = "prototype" selects another scene. `compute` lists any of itinerary, progression,
     final, multipliers, energies, forces, lyapunov. Finished chunks are kept: an interrupted
     sweep continues with --resume. DIR/results.zarr opens with xarray.
+
+    Parameters
+    ----------
+    periods
+        Excitation periods to run. [default: 300]
+    compute
+        Quantities, such as itinerary,energies.
+    metric
+        Draw this metric, such as velocity, over one or two axes into DIR/NAME.svg, and compute what
+        it needs.
+    info
+        Show axes, progress, outcomes, attractors and provenance of a store, also of a basin.
+    check
+        With --info: compare every file with its checksum; exit 1 if one is damaged.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
     options.require(*_EXTRA)
     options.check_beside("check", needs=("info",))
@@ -135,22 +152,29 @@ def _over(
 
 @command()
 def basin(
-    system: options.System = options.parameters(),
-    windows: dict[str, Any] = options.windows(counted=True),
-    state: tuple[float, float, float] = options.state("Start state, apart from the axes."),
-    periods: int = options.count("Excitation periods to run.", 300),
-    store: str = _store(required=True),
-    how: dict[str, Any] = _running,
-    as_json: bool = options.as_json,
+    *,
+    system: options.Chosen,
+    windows: options.CountedWindows,
+    state: options.State = (0.0, 0.0, 0.0),
+    periods: int = 300,
+    store: Annotated[str, _STORE],
+    how: Annotated[dict[str, Any], group(_running)],
+    as_json: options.Json = False,
 ) -> None:
     """Run a basin of attraction and list its attractors.
 
     Starts lie on a grid over any of x_r, v_r, v_c and phase. Every attractor is an orbit closed by
     Newton's method; `attractor` in DIR/results.zarr gives each cell's attractor number.
+
+    Parameters
+    ----------
+    state
+        Start state, apart from the axes. [default: 0 0 0]
+    periods
+        Excitation periods to run.
     """
     options.require(*_EXTRA)
-    given = {name: window for name, window in windows.items() if window}
-    axes = tuple(capsule_sym.Axis.linear(name, *window) for name, window in given.items())
+    axes = tuple(capsule_sym.Axis.linear(name, *window) for name, window in windows.items())
     if not axes:
         raise click.UsageError("give a range of starts, such as --x-r -1:1:40")
     options.check_beside("any_core", needs=("resume",))

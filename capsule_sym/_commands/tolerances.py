@@ -2,37 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import command, option
+from capsule_sym._commands.signature import between, command, option
 from capsule_sym._design.counts import SEED
 from capsule_sym._errors import InvalidInput
 
 
 @command()
 def tolerances(
-    system: options.System = options.parameters(),
-    metric: tuple[str, ...] = option(
-        "A metric, or arithmetic of metrics. Repeatable.", multiple=True, type=str, metavar="METRIC"
-    ),
-    shares: dict[str, float] = options.shares(
-        "A parameter with a uniform distribution within ±SHARE of its value. Repeatable."
-    ),
-    normal: dict[str, float] = options.shares(
-        "A parameter with a normal distribution of this relative deviation. Repeatable.", "--normal"
-    ),
-    samples: int = options.count("Number of samples, a power of two.", 4096),
-    seed: int = options.count("Random seed of the samples.", 0, *SEED),
-    state: tuple[float, float, float] = options.state(),
-    max_seconds: float = options.max_seconds(),
-    out: options.Path | None = options.out(
-        "Write the JSON, the indices as CSV and the picture here."
-    ),
-    as_json: bool = options.as_json,
+    *,
+    system: options.Chosen,
+    metric: Annotated[tuple[str, ...], option(metavar="METRIC")] = (),
+    shares: options.Tolerances,
+    normal: Annotated[dict[str, float], options.by_name(options.SHARE, metavar="NAME=SHARE")],
+    samples: int = 4096,
+    seed: Annotated[int, between(*SEED)] = 0,
+    state: options.State = (0.0, 0.0, 0.0),
+    max_seconds: options.TimeLimit = 600.0,
+    out: options.Folder = None,
+    as_json: options.Json = False,
 ) -> None:
     """Show the spread of metrics due to tolerances of parameters, and the share of each.
 
@@ -42,6 +35,21 @@ def tolerances(
     the motion changes its itinerary or its attractor.
 
     Exits with 3 at the time limit.
+
+    Parameters
+    ----------
+    metric
+        A metric, or arithmetic of metrics. Repeatable.
+    shares
+        A parameter with a uniform distribution within ±SHARE of its value. Repeatable.
+    normal
+        A parameter with a normal distribution of this relative deviation. Repeatable.
+    samples
+        Number of samples, a power of two.
+    seed
+        Random seed of the samples.
+    out
+        Write the JSON, the indices as CSV and the picture here.
     """
     parameters, device = system.load()
     which = device or parameters

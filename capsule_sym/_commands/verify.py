@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from time import perf_counter
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
@@ -23,17 +23,13 @@ if TYPE_CHECKING:
 
 @command()
 def verify(
-    scene: str | None = option(
-        "Prove what holds of a scene: a shipped one, or a file that declares one.",
-        metavar="NAME|FILE",
-    ),
-    only: str | None = option(
-        "Prove a group alone, or statements whose names begin so.", metavar="GROUP|NAME"
-    ),
-    everything: bool = option("Print each statement.", "--all"),
-    out: options.Path | None = options.out("Write the report with formulas here.", "FILE.md"),
-    as_json: bool = options.as_json,
-) -> Sequence[Finding]:
+    *,
+    scene: Annotated[str | None, option(metavar="NAME|FILE")] = None,
+    only: Annotated[str | None, option(metavar="GROUP|NAME")] = None,
+    everything: Annotated[bool, option("--all")] = False,
+    out: Annotated[options.Path | None, options.written("FILE.md")] = None,
+    as_json: options.Json = False,
+) -> Sequence[Any]:
     """Prove the theory: closed forms, inner products, switching, Tables 1 to 3, the appendices.
 
     One row for each group of statements: how many are proved, proved under the condition that they
@@ -42,6 +38,17 @@ def verify(
 
     With --scene, the groups that hold for any scene. `python -m paper claims` in a checkout
     compares the printed statements of the paper.
+
+    Parameters
+    ----------
+    scene
+        Prove what holds of a scene: a shipped one, or a file that declares one.
+    only
+        Prove a group alone, or statements whose names begin so.
+    everything
+        Print each statement.
+    out
+        Write the report with formulas here.
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 

@@ -15,12 +15,7 @@ if TYPE_CHECKING:
 
 
 @command(further=options.paper_alone)
-def case_study(
-    out: options.Path | None = options.out(
-        "Write casestudy.json and the tables to this directory."
-    ),
-    as_json: bool = options.as_json,
-) -> None:
+def case_study(*, out: options.Folder = None, as_json: options.Json = False) -> None:
     """Compute the case study of Section 4 and compare it with the printed one.
 
     Runs the sixteen α of Fig. 7 from rest until the motion is steady, at the printed γ = 3.3 and at
@@ -29,6 +24,11 @@ def case_study(
     shows each exact bifurcation value beside the printed one. --out writes casestudy.json (the same
     as --json), cases.csv, segments.csv, thresholds.csv, and curves.csv with the bifurcations'
     curves in the plane of α and γ.
+
+    Parameters
+    ----------
+    out
+        Write casestudy.json and the tables to this directory.
     """
     from paper.study import casestudy, thresholds
 

@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Sequence
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
@@ -20,19 +20,26 @@ if TYPE_CHECKING:
 
 @command()
 def claims(
-    only: str | None = option(
-        "Check this section, statement, or statements that begin so; --json lists names as id.",
-        metavar="NAME",
-    ),
-    out: options.Path | None = options.out("Write the report with formulas here.", "FILE.md"),
-    freeze: bool = option("Save the verdicts as the expected ones."),
-    as_json: bool = options.as_json,
-) -> Sequence[Finding]:
+    *,
+    only: Annotated[str | None, option(metavar="NAME")] = None,
+    out: Annotated[options.Path | None, options.written("FILE.md")] = None,
+    freeze: bool = False,
+    as_json: options.Json = False,
+) -> Sequence[Any]:
     """Compare every printed statement of the paper with its derivation.
 
     One line for each statement: proved, refuted (a statement of the paper that fails, with its
     witness in --json and --out) or conditional. Exits with 1 if a statement is not settled, or if
     a verdict differs from the expected one.
+
+    Parameters
+    ----------
+    only
+        Check this section, statement, or statements that begin so; --json lists names as id.
+    out
+        Write the report with formulas here.
+    freeze
+        Save the verdicts as the expected ones.
     """
     options.check_beside("only", never=("out", "freeze"))
     start = perf_counter()

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
@@ -20,35 +20,21 @@ if TYPE_CHECKING:
 
 
 _HOUR = 3600.0
+_EARLIER = option(type=click.Path(path_type=Path, dir_okay=False), metavar="EARLIER")
 
 
 @command(further=options.paper_alone)
 def enclose(
-    thresholds: bool = option("Only the bifurcations, not the intervals."),
-    region: options.Path | None = options.out(
-        "Prove the (alpha, gamma) plane instead; FILE keeps the parts.", "FILE", "--region"
-    ),
-    from_rest: options.Path | None = options.out(
-        "Prove the motions from rest instead; FILE keeps the parts.", "FILE", "--from-rest"
-    ),
-    fastest: options.Path | None = options.out(
-        "Prove the largest average velocity instead; FILE keeps the parts.", "FILE", "--fastest"
-    ),
-    horseshoe: bool = option("Prove a horseshoe instead, that is chaotic motions."),
-    plan: Path | None = option(
-        "Begin a new file of parts with the halvings of this earlier one.",
-        type=click.Path(path_type=Path, dir_okay=False),
-        metavar="EARLIER",
-    ),
-    max_seconds: float = options.max_seconds(
-        shown="no limit; with --region, --from-rest or --fastest an hour"
-    ),
-    out: options.Path | None = options.out(
-        "Write certificates of all bifurcations and of the orbits of Fig. 7 (with --horseshoe "
-        "that of the horseshoe) here.",
-        "FILE.json",
-    ),
-    as_json: bool = options.as_json,
+    *,
+    thresholds: bool = False,
+    region: Annotated[Path | None, options.written("FILE")] = None,
+    from_rest: Annotated[Path | None, options.written("FILE")] = None,
+    fastest: Annotated[Path | None, options.written("FILE")] = None,
+    horseshoe: bool = False,
+    plan: Annotated[Path | None, _EARLIER] = None,
+    max_seconds: options.TimeLimit = 600.0,
+    out: Annotated[Path | None, options.written("FILE.json")] = None,
+    as_json: options.Json = False,
 ) -> None:
     """Prove Section 4 in ball arithmetic: every bifurcation, and all alpha between them.
 
@@ -69,6 +55,24 @@ def enclose(
     attempts that failed in an earlier run, also one of other code. With --horseshoe seven sets of
     states are proved to cover each other after one period, so that chaotic motions exist, at alpha
     = 0.3, omega = 0.55, delta = 0.3, zeta = 0.05, beta = 25, gamma = 6.
+
+    Parameters
+    ----------
+    thresholds
+        Only the bifurcations, not the intervals.
+    region
+        Prove the (alpha, gamma) plane instead; FILE keeps the parts.
+    from_rest
+        Prove the motions from rest instead; FILE keeps the parts.
+    fastest
+        Prove the largest average velocity instead; FILE keeps the parts.
+    horseshoe
+        Prove a horseshoe instead, that is chaotic motions.
+    plan
+        Begin a new file of parts with the halvings of this earlier one.
+    out
+        Write certificates of all bifurcations and of the orbits of Fig. 7 (with --horseshoe that of
+        the horseshoe) here.
     """
     options.check_beside("region", never=("from_rest", "fastest", "thresholds", "out"))
     options.check_beside("from_rest", never=("fastest", "thresholds", "out"))

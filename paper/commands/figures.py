@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import click
 
 from capsule_sym import save_figure
 from capsule_sym._commands import options, present
-from capsule_sym._commands.figures import COLOURS, PICTURE, Picture
-from capsule_sym._commands.signature import argument, command
+from capsule_sym._commands.figures import Colours, Picture
+from capsule_sym._commands.signature import argument, command, group
 from capsule_sym._figures.interface import Study
 from paper.figures.catalogue import FIGURES
 
@@ -23,11 +23,12 @@ def _list() -> str:
 
 @command(epilog=_list())
 def figure(
-    name: str = argument(type=click.Choice([*FIGURES]), metavar="NAME"),
-    picture: Picture = PICTURE,
-    system: options.System = options.parameters(),
-    colours: Any = COLOURS,
-    as_json: bool = options.as_json,
+    *,
+    name: Annotated[str, argument(type=click.Choice([*FIGURES]), metavar="NAME")],
+    picture: Annotated[Picture, group(Picture)],
+    system: options.Chosen,
+    colours: Colours = "safe",
+    as_json: options.Json = False,
 ) -> None:
     """Draw a figure of the paper or of the report by its name, of the paper's system or another.
 
@@ -47,11 +48,10 @@ def figure(
 
 @command(further=options.paper_alone)
 def report(
-    out: Path = options.out(
-        "HTML file to write.", "FILE", default="results/report.html", show_default=True
-    ),
-    colours: Any = COLOURS,
-    as_json: bool = options.as_json,
+    *,
+    out: Annotated[Path, options.written("FILE")] = Path("results/report.html"),
+    colours: Colours = "safe",
+    as_json: options.Json = False,
 ) -> None:
     """Write the whole case study as one page of HTML that opens without a network.
 
@@ -59,6 +59,11 @@ def report(
 
     Figures are drawn for it; tables come from the files that `python -m paper` and the bench leave
     in results, and a section without its file names the command that makes it.
+
+    Parameters
+    ----------
+    out
+        HTML file to write.
     """
     options.require("matplotlib", "jinja2")
     from capsule_sym._processes import processors

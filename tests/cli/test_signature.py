@@ -1,36 +1,41 @@
 """Commands that are made of functions: the line, the types, and what a function gets."""
 
-from __future__ import annotations  # commands read annotations as text
-
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import click
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym._commands.signature import argument, command, option, several
+from capsule_sym._commands.signature import argument, command, group, option
 
 
-class Pair:
-    def __init__(self, low: int, high: int) -> None:
-        self.sum = low + high
+def total(*, low: int, high: int) -> int:
+    return low + high
 
 
 def made(got: dict[str, Any]) -> click.Command:
     @command(epilog="The end.")
     def try_all(
-        name: str = argument(metavar="NAME"),
-        pair: Pair = several(Pair, low=option("", type=int), high=option("", type=int)),
-        rate: float | None = option("A rate."),
-        place: tuple[float, float, float] = option("", "--at", default=(0.0, 0.0, 0.0)),
-        notes: tuple[str, ...] = option(""),
-        loud: bool = option("", "--loud/--quiet", default=True),
-        dry_run: bool = option(""),
-        most: int = option("", default=3),
-        path: Path | None = option("", type=click.Path(path_type=Path)),
+        *,
+        name: Annotated[str, argument(metavar="NAME")],
+        pair: Annotated[int, group(total)],
+        rate: float | None = None,
+        place: Annotated[tuple[float, float, float], option("--at")] = (0.0, 0.0, 0.0),
+        notes: tuple[str, ...] = (),
+        loud: Annotated[bool, option("--loud/--quiet")] = True,
+        dry_run: bool = False,
+        most: int = 3,
+        path: Annotated[Path | None, option(type=click.Path(path_type=Path))] = None,
     ) -> None:
-        """Try it."""
+        """Try it.
+
+        Parameters
+        ----------
+        rate
+            A
+            rate.
+        """
         got.update(locals())
 
     return try_all
@@ -41,7 +46,7 @@ def test_a_function_gets_what_its_defaults_say() -> None:
     line = "one --low 2 --high 3 --rate .5 --at 1 2 3 --notes a --notes b --quiet --path x"
     line += " --dry-run --most 4"
     assert CliRunner().invoke(made(got), line.split()).exit_code == 0
-    assert (got["name"], got["pair"].sum, got["rate"], got["place"]) == ("one", 5, 0.5, (1, 2, 3))
+    assert (got["name"], got["pair"], got["rate"], got["place"]) == ("one", 5, 0.5, (1, 2, 3))
     assert (got["notes"], got["loud"], got["path"]) == (("a", "b"), False, Path("x"))
     assert (got["dry_run"], got["most"]) == (True, 4)
     assert CliRunner().invoke(made(got), ["one", "--low", "2", "--high", "3"]).exit_code == 0
