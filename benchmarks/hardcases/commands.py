@@ -9,6 +9,7 @@ import click
 
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, option
+from capsule_sym._texts import tables
 
 if TYPE_CHECKING:
     from benchmarks.hardcases.adversarial import Tally
@@ -76,9 +77,9 @@ def _print(rows: list[Row], median: float, most: int) -> None:
         )
         for row in rows
     )
-    console = present.make_console(width=_WIDTH)
+    console = tables.make_console(width=_WIDTH)
     names = ("case", "what is hard", *numbers, *words)
-    present.table(names, cells, right=numbers, console=console)
+    tables.table(names, cells, right=numbers, console=console)
     console.print(
         f"\n{sum(row.passed for row in rows)} of {len(rows)} as 50 digits have them; "
         f"sampling finds all switches in {_all(rows, 'sampling')}, "
@@ -133,14 +134,14 @@ def adversarial(
 
 
 def _print_tally(total: Tally) -> None:
-    console = present.make_console(width=_WIDTH)
+    console = tables.make_console(width=_WIDTH)
     for problem in total.disagreements + total.inaccurate:
         console.print(problem["problem"], style="red", end="  ")
         console.print(problem)
     columns = ("distance from", "starts", "decided by 50 digits", "open to 50 digits")
     decades = sorted(total.distances, key=_size)
     rows = ((decade, *map(str, total.distances[decade])) for decade in decades)
-    present.table(columns, rows, right=columns, console=console)
+    tables.table(columns, rows, right=columns, console=console)
     far = [n for decade, n in total.distances.items() if _size(decade) >= _FAR]
     outcomes = ", ".join(f"{name} {count}" for name, count in sorted(total.outcomes.items()))
     backends = ", ".join(

@@ -10,6 +10,7 @@ import click
 
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, option
+from capsule_sym._texts import tables
 
 Repeats = Annotated[int, between(1, help="Repeats of each timing; the median is reported.")]
 Quick = Annotated[bool, option(help="Only a few runs of each set, about 20 s.")]
@@ -198,10 +199,10 @@ def _keep(
 
 def show(title: str, columns: Mapping[str, str], rows: Iterable[object]) -> None:
     """Print a wide table, below its title if any; the first two columns are text."""
-    console = present.make_console(width=200)
+    console = tables.make_console(width=200)
     if title:
         console.print(title)
-    present.table(columns, zip(rows), right=[*columns][2:], console=console)
+    tables.table(columns, zip(rows), right=[*columns][2:], console=console)
     click.echo()
 
 

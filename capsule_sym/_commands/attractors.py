@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import partial
 from typing import Annotated, Any
 
@@ -12,6 +11,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import counted
+from capsule_sym._texts.attractors import show_attractors
 
 
 @command()
@@ -83,53 +83,6 @@ def attractors(
         key = f"{name}s" if over else name
         for one in extra["attractors"]:
             one["si"] = {f"{key} [m]": (array(one[key]) * device.scale(name)).tolist()}
-    show, drawn = partial(_show, found, device), over is not None
+    show, drawn = partial(show_attractors, found, device), over is not None
     present.report(found, "attractors", show, out, as_json, extra, device=device, drawn=drawn)
     present.end(found, limit)
-
-
-def _show(
-    found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors, device: options.Device
-) -> None:
-    rows: Iterable[tuple[str, ...]]
-    if isinstance(found, capsule_sym.Attractors):
-        rows = (
-            (
-                str(number),
-                f"{one.fraction:.2%}",
-                f"{one.interval[0]:.2%} to {one.interval[1]:.2%}",
-                str(one.period_number),
-                present.in_unit(one.progression, "progression", device),
-                f"{one.multiplier:.6g}",
-                "" if one.mirror is None else "itself" if one.mirror == number else str(one.mirror),
-                one.itinerary,
-            )
-            for number, one in enumerate(found.attractors)
-        )
-        heads = ("", "starts", "95 %", "period", "progression", "|multiplier|", "image of")
-        present.table((*heads, "itinerary"), rows, right=heads, gap=2)
-    else:
-        rows = (
-            (
-                str(one.number),
-                f"{one.values[0]:.6g} to {one.values[-1]:.6g}",
-                f"{one.fractions.min():.2%} to {one.fractions.max():.2%}",
-                *(_change(change) for change in (one.birth, one.death)),
-                str(len(one.cycles[0].states)),
-                one.shown[0][0],
-            )
-            for one in found.branches
-        )
-        unit = present.units_of(device).get(found.name) if device else None
-        name = f"{found.name} ({unit})" if unit else found.name
-        heads = ("", name, "starts", "birth", "death", "period", "itinerary")
-        present.table(heads, rows, gap=2)
-    present.make_console().print(found.message)
-
-
-def _change(change: capsule_sym.Change | None) -> str:
-    if change is None:
-        return ""
-    if change.bifurcation is None:
-        return change.type
-    return f"{change.value:.9g} {change.type}"

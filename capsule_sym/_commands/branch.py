@@ -11,16 +11,14 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import between, command, option
-from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import CAPSULE, scene_in
+from capsule_sym._texts.branches import show_branches
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from capsule_sym._native import Watch
-
-
-_SAME_SIZE = 1e-6  # relative difference below which entries of a term count as equal
 
 
 class _Target(options.Named):
@@ -132,7 +130,7 @@ def branch(
             )
     present.result(
         lambda: _record(found, device),
-        lambda: _print_branches(found),
+        lambda: show_branches(found),
         as_json,
         out,
         lambda: _files(found, device),
@@ -216,77 +214,3 @@ def followed(
         return capsule_sym.continue_orbit(
             start, parameter, end, points=points, ties=ties, max_seconds=limit.left
         )
-
-
-def _print_branches(found: Sequence[capsule_sym.Branch]) -> None:
-    from capsule_sym._map.steady import shown_progression
-
-    console = present.make_console()
-    for one in found:
-        if one.origin:
-            console.print(f"\nfrom {one.origin}")
-        console.print(f"{counted(len(one.points), 'point')}, {one.status.value}: {one.message}\n")
-        columns = {
-            one.parameter: "{0.value:.6g}",
-            "progression": "{1:.6g}",
-            "|multiplier|": "{2:.4f}",
-            "tightest inequality": "{3:.3g} {4}",
-            "itinerary": "{0.orbit.itinerary}",
-        }
-        rows = (
-            (
-                point,
-                shown_progression(point.orbit.motion),
-                abs(point.multipliers[0]),
-                float(point.admissibility.value),
-                point.admissibility.named(point.orbit.itinerary),
-            )
-            for point in one.points[:: max(1, len(one.points) // 20)]
-        )
-        present.table(columns, rows)
-        console.print("" if one.bifurcations else "\nno bifurcations")
-        if one.bifurcations:
-            _print_bifurcations(one.bifurcations)
-            console.print()
-            _print_normal_forms(one.bifurcations)
-
-
-def _print_bifurcations(found: Sequence[capsule_sym.Bifurcation]) -> None:
-    parameters = sorted({one.parameter for one in found})
-    rows = (
-        (
-            one.label,
-            one.type,
-            one.line,
-            f"{one.parameter} = " * (len(parameters) > 1) + f"{one.value:.15g}",
-            f"{one.uncertainty:.0e}",
-            f"{one.itinerary_before or 'none'} → {one.itinerary_after or 'none'}",
-        )
-        for one in found
-    )
-    present.table(("", "type", "line", " or ".join(parameters), "uncertainty", "itinerary"), rows)
-
-
-def _print_normal_forms(found: Sequence[capsule_sym.Bifurcation]) -> None:
-    """Print the change of the parameter with the amplitude s."""
-    rows = []
-    for one in found:
-        form = one.normal_form
-        if form is None:
-            continue
-        term = f"{form.coefficient or 0:.4g} s^{form.power}"
-        if form.discontinuity is not None:
-            largest = largest_entry(form.discontinuity)
-            term = f"{largest:.4g} s^{form.power}, distance^{form.exponent:g}"
-        growth = f"{form.growth:.6g} s^{form.order}".removesuffix("^1")
-        rows.append((one.label, growth, term, form.scenario))
-    present.table(("", "change of parameter", "leading term", "scenario"), rows)
-
-
-def largest_entry(entries: Sequence[float]) -> float:
-    """Entry of the largest size; of entries that differ by rounding alone the first.
-
-    v_r and v_c may be such entries, with different signs: rounding must not decide between them.
-    """
-    size = (1 - _SAME_SIZE) * max(map(abs, entries))
-    return next(one for one in entries if abs(one) >= size)

@@ -11,7 +11,8 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.branch import followed, tell_early_end
 from capsule_sym._commands.signature import command, option
-from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._errors import InvalidInput
+from capsule_sym._texts.branches import show_curves
 
 
 @command()
@@ -96,7 +97,7 @@ def curve(
                 )
     present.result(
         lambda: _record(found, curves, device),
-        lambda: _print_curves(curves, device),
+        lambda: show_curves(curves, device),
         as_json,
         out,
         lambda: _files(found, curves, device),
@@ -182,29 +183,3 @@ def _within(
     if given:
         raise InvalidInput(name, value, f"in its range {low:g}:{high:g}")
     return parameters.replace(**{name: (low + high) / 2})
-
-
-def _print_curves(curves: Sequence[capsule_sym.Curve], device: options.Device) -> None:
-    from capsule_sym._records import in_si
-
-    console = present.make_console()
-    for number, one in enumerate(curves, 1):
-        if not one.points:
-            console.print(f"{number}  {one.type}: no points\n")
-            continue
-        begin, end = one.points[0], one.points[-1]
-        origin = f", from {one.origin}" if one.origin else ""
-        met = f" {begin.line}" * (one.type == "edge")
-        console.print(f"{number}  {one.type}{met}: {counted(len(one.points), 'point')}{origin}")
-        for itinerary, point in (("from", begin), ("to", end)):
-            named = [*zip(one.parameters, point.values, strict=True)]
-            named = [*named, *in_si(device, dict(named)).items()]
-            place = ", ".join(f"{name} = {value:.12g}" for name, value in named)
-            console.print(f"   {itinerary} {place}")
-        for ending, detail in one.endings:
-            console.print(f"   {ending.value}: {detail}")
-        for meeting in one.codimension_two:
-            balls = zip(one.parameters, meeting.values, meeting.uncertainties, strict=True)
-            place = ", ".join(f"{name} = {value:.15g} ± {by:.0e}" for name, value, by in balls)
-            console.print(f"   meets {meeting.types[1]} {meeting.lines[1]} at {place}")
-        console.print()

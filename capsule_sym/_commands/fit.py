@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,10 +12,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, between, command, group, option
 from capsule_sym._design.counts import SEED, STARTS
-from capsule_sym._errors import counted
-
-_CORRELATED = 0.2  # correlation of residuals above which errors are reported as too small
-
+from capsule_sym._texts.design import show_fit
 
 _UNKNOWN = option(type=options.Named(bare=True), multiple=True)
 
@@ -117,45 +113,7 @@ def fit(
             ranges[name] = found.interval(name, max_seconds=watch.left)
     extra: dict[str, Any] = {"read": read}
     extra |= {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
-    present.report(found, "fit", lambda: _print_fit(found, ranges, read), out, as_json, extra)
+    present.report(found, "fit", lambda: show_fit(found, ranges, read), out, as_json, extra)
     if found.success and any(math.isnan(end) for ends in ranges.values() for end in ends):
         present.fail("time-limit: intervals are missing")
     present.end(found)
-
-
-def _print_fit(
-    found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]], read: Sequence[str]
-) -> None:
-    for line in read:
-        click.echo(line)
-    units = present.units_of(found.system)
-    rows = (
-        (
-            name,
-            f"{value:.9g} {units.get(name.rpartition('.')[2], '')}".rstrip(),
-            f"{found.standard_errors[name]:.2g}",
-            *([f"{ranges[name][0]:.6g} to {ranges[name][1]:.6g}"] if ranges else []),
-        )
-        for name, value in found.values.items()
-    )
-    heads = ["unknown", "value", "error", *["95 %"] * bool(ranges)]
-    present.table(heads, rows, gap=2)
-    console = present.make_console()
-    console.print(f"{found.status.value}: {found.message}")
-    noise = ", ".join(f"{by:.3g} of {name}" for name, by in found.noise_by_column.items())
-    runs = counted(found.evaluations, "run")
-    console.print(f"noise over spread: {noise}; {runs}", soft_wrap=True)
-    if found.autocorrelation > _CORRELATED:
-        console.print(
-            f"successive residuals are correlated by {found.autocorrelation:.2f}: errors are too "
-            "small: fit every k-th value"
-        )
-    for one in found.open_combinations:
-        named = {name: by for name, by in one.items() if abs(by) >= 0.005}
-        mixed = "  ".join(f"{name} {by:+.2f}" for name, by in named.items())
-        console.print(f"not identifiable, in relative changes: {mixed}")
-    if found.border:
-        console.print(
-            f"within the error of {found.border} the itinerary changes: errors are not to be "
-            "trusted there"
-        )

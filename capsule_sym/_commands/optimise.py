@@ -13,6 +13,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, group, option
 from capsule_sym._design.counts import POINTS, SAMPLES, SEED
 from capsule_sym._errors import InvalidInput
+from capsule_sym._texts.design import show_front, show_optimum
 
 
 def _searching(
@@ -96,58 +97,11 @@ def optimise(
         how["progress"] = progress
         if against is None:
             found = one = capsule_sym.optimise(metric, over, which, among=among, **how)
-            show = partial(_print_optimum, one)
+            show = partial(show_optimum, one)
         else:
             found = front = capsule_sym.pareto(metric, against, over, which, points=points, **how)
-            show = partial(_print_front, front)
+            show = partial(show_front, front)
     if found.status is capsule_sym.OptimumStatus.INFEASIBLE:
         raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
     present.report(found, "optimum" if against is None else "front", show, out, as_json)
     present.end(found)
-
-
-def _print_optimum(found: capsule_sym.Optimum) -> None:
-    if not found.over:
-        return
-    units = present.units_of(found.system)
-    kind = "greatest" if found.maximised else "least"
-    rows = [(f"{kind} {found.metric}", present.with_unit(found.value, units.get(found.metric, "")))]
-    for name, value in found.over.items():
-        held = f"  (at bound: {found.bounds[name]:.4g} per unit)" if name in found.bounds else ""
-        rows.append((name, f"{value:.9g} {units.get(name, '')}".rstrip() + held))
-    if found.itinerary:  # else a cell of the survey, found before the time limit
-        rows.append(("itinerary", " ".join(found.itinerary)))
-        for name, value in found.metrics.items():
-            rows.append((name.replace("_", " "), present.with_unit(value, units.get(name, ""))))
-        for one in found.constraints:
-            held = f"active, {one.multiplier:.4g} per unit"
-            told = held if one.active else f"{one.slack:.4g} left"
-            rows.append(("constraint", f"{one.text}: {told}"))
-        if found.border is not None:
-            rows.append(("on a border", " | ".join(found.border)))
-        near = found.tightest
-        rows += [
-            ("largest multiplier", f"{found.multiplier:.6g}"),
-            ("next change", f"{near.inequality}: {near.distance:.3g} of the bounds away"),
-            *((f"by {name}", f"{slope + 0.0:.6g}") for name, slope in found.slopes.items()),
-            ("residual", f"{found.residual:.1e}"),
-        ]
-    present.grid(rows)
-
-
-def _print_front(found: capsule_sym.Front) -> None:
-    if not found.points:
-        return
-    units = present.units_of(found.points[0].system)
-    heads = [
-        f"{name} ({unit})" if (unit := units.get(name, "")) else name
-        for name in (*found.metrics, *found.points[0].over)
-    ]
-    rows = (
-        (
-            *(f"{number:.6g}" for number in (value, cost, *point.over.values())),
-            " ".join(point.itinerary),
-        )
-        for value, cost, point in zip(found.values, found.costs, found.points, strict=True)
-    )
-    present.table((*heads, "itinerary"), rows, right=heads, gap=2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -10,7 +11,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command
-from capsule_sym._errors import counted
+from capsule_sym._texts.orbits import show_orbit, show_orbits
 
 if TYPE_CHECKING:
     from capsule_sym._native import Watch
@@ -66,17 +67,15 @@ def orbit(
                 max_seconds=max_seconds,
                 report=lambda done, _: update(completed=done),
             )
-        present.result(
-            lambda: {
-                "orbits": [_record(one, device) for one in found],
-                "status": str(search.status),
-            },
-            lambda: _print_found(found, search.searched, device),
-            as_json,
-        )
     else:
-        found = [one := settled(parameters, state, limit, as_json)]
-        present.result(lambda: _record(one, device), lambda: _print_orbit(one, device), as_json)
+        found = [settled(parameters, state, limit, as_json)]
+    records = [_record(one, device) for one in found]
+    if search is None:
+        present.result(lambda: records[0], lambda: show_orbit(found[0], records[0]), as_json)
+    else:
+        every = {"orbits": records, "status": str(search.status)}
+        show = partial(show_orbits, found, records, search.searched)
+        present.result(lambda: every, show, as_json)
     present.certificates(certify, found, limit)
     if search is not None and search.status == "time-limit":
         present.fail_early("the search ends", search)
@@ -88,12 +87,6 @@ def _record(one: capsule_sym.Orbit, device: options.Device) -> dict[str, Any]:
 
     record = orbit_record(one)
     return record if device is None else record | {"si": in_si(device, record)}
-
-
-def _print_found(found: Sequence[capsule_sym.Orbit], searched: int, device: options.Device) -> None:
-    for one in found:
-        _print_orbit(one, device)
-    click.echo(f"{counted(len(found), 'orbit')} from {counted(searched, 'random state')}")
 
 
 def settled(
@@ -114,36 +107,3 @@ def settled(
             click.echo(dumps(failure_record(found)))
         present.fail_early("no orbit", found)
     return found
-
-
-def _print_orbit(one: capsule_sym.Orbit, device: options.Device) -> None:
-    from capsule_sym._map.steady import shown_progression
-    from capsule_sym._orbits.metrics.performance import shown
-
-    record = _record(one, device)
-    tightest, stable = record["admissibility"], "stable" if record["stable"] else "unstable"
-    multipliers = "  ".join(_complex(*pair) for pair in record["multipliers"])
-    rows = {
-        "itinerary": " ".join(record["itinerary"]),
-        "global map": one.motion.global_map,
-        "period number": str(record["period_number"]),
-        "section": f"phase {record['phase']:.12g}, state {_numbers(record['state'])}",
-        "durations": _numbers(record["durations"]),
-        "multipliers": f"{multipliers}  ({stable})",
-        "tightest": f"{tightest['inequality']}: {tightest['value']:.6g}",
-    }
-    drifts = shown_progression(one.motion) != 0
-    values = {name: record[name]["value"] for name in shown(one.scene)} | record.get("si", {})
-    for name, value in values.items():
-        none = not drifts and name.startswith(("velocity", "progression"))
-        rows[name.replace("_", " ")] = f"{0 if none else value:.12g}"
-    present.grid(rows.items())
-    click.echo()
-
-
-def _numbers(values: Sequence[float]) -> str:
-    return "  ".join(f"{value:.12g}" for value in values)
-
-
-def _complex(real: float, imaginary: float) -> str:
-    return f"{real:.9g}{imaginary:+.9g}i" if imaginary else f"{real:.9g}"

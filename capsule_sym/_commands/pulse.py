@@ -10,7 +10,8 @@ import capsule_sym
 from capsule_sym._commands import options, present, signature
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option
-from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._errors import InvalidInput
+from capsule_sym._texts.attractors import show_pulse
 
 if TYPE_CHECKING:
     from capsule_sym._native import Watch
@@ -88,7 +89,7 @@ def pulse(
                 raise
             field = "--to" if between is None else "--between"
             raise InvalidInput(field, error.value, error.allowed) from None
-    present.report(found, "pulse", lambda: _show(found), out, as_json)
+    present.report(found, "pulse", lambda: show_pulse(found), out, as_json)
     present.end(found, limit)
 
 
@@ -127,31 +128,3 @@ def _motions(
             click.echo(dumps({"success": False, "status": "no-attractor", "message": why}))
         present.fail(why)
     return now, best
-
-
-def _show(found: capsule_sym.Pulse) -> None:
-    if not found.periods:
-        return
-    units = present.units_of(found.system)
-    unit = units.get(found.parameter, "")
-    low, high = (f"{end:.6g}" for end in found.interval)
-    names = found.scene.facts.STATE
-    state = "  ".join(
-        present.with_unit(value, units[name]) if units else f"{value:.9g}"
-        for name, value in zip(names, found.state, strict=True)
-    )
-    velocity = units.get("velocity", "")
-    scale = found.system.velocity(1.0) if isinstance(found.system, capsule_sym.SceneDevice) else 1.0
-    ways = (float(one.average_velocity) * scale for one in (found.start, found.end))
-    present.grid(
-        (
-            (found.parameter, f"{found.value:.9g} {unit}".rstrip()),
-            ("interval", f"{low} to {high} {unit}".rstrip()),
-            ("periods", str(found.periods)),
-            ("begins in state", f"{state} (period {found.begins} of the motion)"),
-            ("duration", present.with_unit(found.duration, "s" if units else "")),
-            ("work", present.with_unit(found.work, units.get("work", ""))),
-            ("transient", counted(found.transient, "period")),
-            ("velocity", " to ".join(present.with_unit(one, velocity) for one in ways)),
-        )
-    )

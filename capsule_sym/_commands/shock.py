@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any
-
-import click
+from functools import partial
+from typing import Annotated
 
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import between, command, option
+from capsule_sym._texts.attractors import show_shock
 
 
 @command()
@@ -70,8 +69,8 @@ def shock(
             progress=tell,
         )
     extra = {} if device is None else {"si": _in_si(found, device)}
-    drawn = found.phase is not None
-    present.report(found, "shock", lambda: _print(found, device), out, as_json, extra, drawn=drawn)
+    show, drawn = partial(show_shock, found, device), found.phase is not None
+    present.report(found, "shock", show, out, as_json, extra, drawn=drawn)
     present.end(found, limit)
 
 
@@ -80,31 +79,3 @@ def _in_si(found: capsule_sym.Shock, device: options.Device) -> dict[str, float]
     from capsule_sym._records import in_si
 
     return in_si(device, (found.to_dict()["knock"] or {}) | {"phase": found.phase})
-
-
-def _print(found: capsule_sym.Shock, device: options.Device) -> None:
-    record = found.to_dict()
-    rows = {"motion": _motion(record["motion"], device)}
-    if found.phase is not None:
-        rows["smallest knock"] = f"{found.size:.9g}"
-        for name, change in record["knock"].items():
-            rows[f"  in {name}"] = present.in_unit(change, name, device, 9)
-        rows["at phase"] = present.in_unit(found.phase, "phase", device, 9)
-        if found.success or found.edge is not None:
-            rows["edge state"] = _motion(record["edge"], device)
-        if found.success or found.attractor is not None:
-            rows["beyond it"] = _motion(record["attractor"], device)
-    present.grid(rows.items())
-    click.echo(f"{found.status.value}: {found.message}")
-
-
-def _motion(record: dict[str, Any] | None, device: options.Device) -> str:
-    """One-line description of a motion."""
-    if record is None:
-        return "no periodic motion"
-    largest = math.hypot(*record["multipliers"][0])
-    progression = present.in_unit(record["progression"], "progression", device)
-    return (
-        f"{' '.join(record['itinerary'])}, period number {record['period_number']}, "
-        f"progression {progression}, largest multiplier {largest:.6g}"
-    )

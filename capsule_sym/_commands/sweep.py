@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 import sys
 from collections.abc import Callable, Iterator
@@ -17,6 +16,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, group, option
 from capsule_sym._errors import counted
 from capsule_sym._sweeps.quantities import VARIABLES
+from capsule_sym._texts.stores import show_store
 from capsule_sym._units import METRIC_UNITS
 
 _EXTRA = ("xarray", "zarr", "filelock", "google_crc32c")
@@ -190,14 +190,14 @@ def _show_store(store: Path, check: bool, as_json: bool) -> None:
     from capsule_sym._sweeps.results import info_record
 
     record = info_record(store, check)
-    present.result(lambda: record, lambda: _show(record), as_json)
+    present.result(lambda: record, lambda: show_store(record), as_json)
     if record.get("damaged_parts"):
         raise click.exceptions.Exit(1)
 
 
 def _tell(record: dict[str, Any], as_json: bool) -> None:
     """Print the summary of a run; exits with 3 at the time limit, with the way to continue."""
-    present.result(lambda: record, lambda: _show(record), as_json)
+    present.result(lambda: record, lambda: show_store(record), as_json)
     if record["status"] == "time-limit":
         present.fail(f"the run ends ({record['status']}): {record['message']}")
 
@@ -246,53 +246,3 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
             bar.update(task, completed=done)
 
         yield show
-
-
-def _show(record: dict[str, Any]) -> None:
-    """Print a record."""
-    screen = present.make_console()
-    for label, text in _lines(record):
-        screen.print(f"{label:<17} {text}", soft_wrap=not label)
-
-
-def _lines(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Lines of a record, each with its label."""
-    for axis in record.get("axes", ()):
-        names, ends = ", ".join(axis["quantities"]), map(_numbers, (axis["first"], axis["last"]))
-        values = f"{counted(axis['count'], 'value')} of {names}"
-        yield f"axis {axis['name']}", f"{values} from {' to '.join(ends)}"
-    for name in ("cells", "done", "computed", "damaged"):
-        if name in record:
-            yield name.replace("_", " "), f"{record[name]:,}"
-    if record.get("computed"):
-        yield "seconds", f"{record['seconds']:.2f}"
-    if rate := record.get("periods_per_second_and_core"):
-        yield "speed", f"{rate:,.0f} excitation periods per second and core"
-    for one, title in (
-        ("outcome", "outcomes"),
-        ("itinerary", "itineraries"),
-        ("reason", "reasons"),
-        ("core", "cores"),
-    ):
-        ranked = sorted(record.get(title, {}).items(), key=lambda item: -item[1])
-        yield from ((one, f"{cells:>12,}  {name}") for name, cells in ranked[:12])
-        if rest := ranked[12:]:
-            yield "", f"{sum(cells for _, cells in rest):>12,}  in {len(rest)} more"
-    for number, attractor in enumerate(record.get("attractors", ())):
-        yield (
-            f"attractor {number}",
-            f"{attractor['fraction']:7.2%}  {attractor['itinerary']}  "
-            f"period number {attractor['period_number']}, "
-            f"progression {attractor['progression']:.9g}, "
-            f"multiplier {math.hypot(*attractor['multipliers'][0]):.6g}",
-        )
-    for name, value in record.get("provenance", {}).items():
-        versions = value.items() if isinstance(value, dict) else ()
-        yield name, ", ".join(f"{part} {version}" for part, version in versions) or value
-    if "damaged_parts" in record:
-        yield "damaged", f"{len(record['damaged_parts']):,}"
-        yield from (("", part) for part in record["damaged_parts"])
-
-
-def _numbers(values: list[float]) -> str:
-    return ", ".join(f"{value:g}" for value in values)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-import click
-
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, option
 from capsule_sym._design.counts import SEED
 from capsule_sym._errors import InvalidInput
+from capsule_sym._texts.design import show_tolerances
 
 
 @command()
@@ -69,7 +68,7 @@ def tolerances(
             max_seconds=max_seconds,
             progress=progress,
         )
-    present.report(found, "tolerances", lambda: _print(found), out, as_json)
+    present.report(found, "tolerances", lambda: show_tolerances(found), out, as_json)
     present.end(found)
 
 
@@ -85,43 +84,3 @@ def _normal(which: Any, name: str, share: float) -> Any:
             f"deviation of {name}", share, "a share between 0 and 1 of a value not 0"
         )
     return norm(nominal, share * abs(nominal))
-
-
-def _print(found: capsule_sym.Tolerances) -> None:
-    """Print the spread of each metric, its indices, and the probabilities of other motions."""
-    if not found.metrics:
-        return
-    units = present.units_of(found.system)
-    heads = ("metric", "nominal", "mean", "deviation", "2.5 %", "97.5 %")
-    rows = []
-    for one in found.metrics:
-        ends = one.quantiles[:1] + one.quantiles[-1:]
-        texts = (
-            present.with_unit(value, units.get(one.metric, ""))
-            for value in (one.nominal, one.mean, one.deviation, *ends)
-        )
-        rows.append((one.metric.replace("_", " "), *texts))
-    present.table(heads, rows, right=heads[1:], gap=2)
-    click.echo()
-    heads = ("metric", "parameter", "first order", "95 %", "total", "95 %")
-    columns = zip(*found.columns.values(), strict=True)
-    rows = [
-        (
-            metric.replace("_", " "),
-            name,
-            *(f"{first:.3f}", f"{low:.3f} to {high:.3f}"),
-            *(f"{total:.3f}", f"{least:.3f} to {most:.3f}"),
-        )
-        for metric, name, first, low, high, total, least, most in columns
-    ]
-    present.table(heads, rows, right=heads[2:], gap=2)
-    click.echo()
-    told = {
-        "periodic motion": found.periodic,
-        "another itinerary": found.changed,
-        "another attractor": found.elsewhere,
-        "the motion is lost": found.lost,
-    }
-    present.grid(
-        (name, f"{one.value:.4g} ({one.low:.4g} to {one.high:.4g})") for name, one in told.items()
-    )

@@ -16,6 +16,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._files import write_whole
+from capsule_sym._texts import tables
 
 if TYPE_CHECKING:
     from capsule_sym._symbolic.proofs.statement import Finding, Report
@@ -120,17 +121,17 @@ def _summary(report: Report, theory: ModuleType) -> None:
         counts = [str(found[kind] or "") for kind in ("proved", "conditional", "failed")]
         rows.append([name, *place, group.about, *counts, f"{sum(r.seconds for r in results):.2f}"])
     heads = ["group", *(["in the paper"] if theory.PAPERS else []), "about"]
-    counted = ["proved", "if", "failed", "s"]
-    present.table(heads + counted, rows, right=counted)
+    numbers = ["proved", "if", "failed", "s"]
+    tables.table(heads + numbers, rows, right=numbers)
     if report.keys() & {"appendix.A", "appendix.B"}:
         from capsule_sym._symbolic.proofs import appendices
 
-        tables = {
+        derived = {
             "appendix.A": (("line", "stick", "for", "as printed (A.4)"), appendices.bounds),
             "appendix.B": (("part", "stick", "where", "as printed"), appendices.parts_of_lines),
         }
-        for name in filter(tables.get, report):
+        for name in filter(derived.get, report):
             if len(report[name]) == len(theory.statements(name)[name]):
-                columns, lines = tables[name]
+                columns, lines = derived[name]
                 click.echo()
-                present.table(columns, lines())
+                tables.table(columns, lines())

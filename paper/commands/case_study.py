@@ -8,6 +8,7 @@ import click
 
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command
+from capsule_sym._texts import tables
 
 if TYPE_CHECKING:
     from paper.study.casestudy import Case
@@ -72,8 +73,8 @@ def _print_thresholds(found: list[Threshold]) -> None:
         )
         for one in found
     )
-    console = present.make_console()
-    present.table(("γ", "event", "line", *numbers), rows, right=numbers)
+    console = tables.make_console()
+    tables.table(("γ", "event", "line", *numbers), rows, right=numbers)
     console.print(f"\n{conclusion(found)}\n", soft_wrap=False)
 
 
@@ -89,9 +90,9 @@ def _print_cases(cases: list[Case], gamma: float) -> None:
         verdict = Text("agree", "green") if case.agrees else Text("differ", "red")
         return case.panel, f"{alpha}{mark}", exact, _folded(case.printed), verdict
 
-    console = present.make_console()
+    console = tables.make_console()
     console.print(f"γ = {gamma}\n")
-    present.table(("", "α", "exact", "printed", ""), map(row, cases))
+    tables.table(("", "α", "exact", "printed", ""), map(row, cases))
     inside = [case for case in cases if case.parameters.alpha not in THRESHOLDS]
     console.print(
         f"\n{sum(case.agrees for case in cases)} of {len(cases)} agree; "

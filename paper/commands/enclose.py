@@ -13,6 +13,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
+from capsule_sym._texts import tables
 from paper.processes import end, spawning, undisturbed
 
 if TYPE_CHECKING:
@@ -155,8 +156,8 @@ def _parts(
         click.echo(json.dumps(told))
         return
     rows = [*shares, ("all", plane.share)]
-    console = present.make_console()
-    present.table((column, "share"), ((name, f"{share:.2%}") for name, share in rows))
+    console = tables.make_console()
+    tables.table((column, "share"), ((name, f"{share:.2%}") for name, share in rows))
     console.print(f"{plane.patches} parts, {plane.work:.0f} s of one core")
 
 
@@ -190,8 +191,8 @@ def _horseshoe(out: options.Path | None, max_seconds: float, as_json: bool) -> N
         click.echo(json.dumps(told | {"seconds": round(perf_counter() - begin, 1)}))
         return
     covered = {i + 1: ", ".join(f"{j + 1}" for k, j in rows if k == i) for i, _ in rows}
-    present.table(("set", "covers"), ((f"{i}", text) for i, text in covered.items()))
-    present.make_console().print(
+    tables.table(("set", "covers"), ((f"{i}", text) for i, text in covered.items()))
+    tables.make_console().print(
         f"{told['parts']} parts; topological entropy per period at least {told['entropy']:.6f}"
     )
 
@@ -274,18 +275,18 @@ def _print(
     thresholds: bool,
     seconds: float,
 ) -> None:
-    console = present.make_console()
+    console = tables.make_console()
     for one in records:
         console.print(f"γ = {one['gamma']}")
         events = ((event, float(event["coefficient"])) for event in one["thresholds"])
-        present.table(_EVENTS, events)
+        tables.table(_EVENTS, events)
         if not thresholds:
             rows = ((" ".join(row["itinerary"]), row) for row in one["intervals"])
-            present.table(_INTERVALS, rows)
+            tables.table(_INTERVALS, rows)
         if one["failed"]:
             console.print(f"not proved: {one['failed']}")
         console.print()
-    present.table(_MEETINGS, zip(meetings))
+    tables.table(_MEETINGS, zip(meetings))
     console.print()
     count = sum(len(one["thresholds"]) for one in records)
     worst = max((e["radius"] for one in records for e in one["thresholds"]), default=0.0)
@@ -293,4 +294,4 @@ def _print(
     if not thresholds:
         left = " and ".join(f"{one['unproved']:.1e}" for one in records)
         goals.append(("alpha in [0.001, 2] not proved", left, "1e-11 at each mass ratio"))
-    present.table(("", "proved", "goal"), [*goals, ("seconds", f"{seconds:.0f}", "300")])
+    tables.table(("", "proved", "goal"), [*goals, ("seconds", f"{seconds:.0f}", "300")])

@@ -12,7 +12,7 @@ import pytest
 import capsule_sym
 from capsule_sym import PhysicalParameters, simulate
 from capsule_sym._cli import main
-from capsule_sym._commands.branch import largest_entry
+from capsule_sym._texts.branches import largest_entry
 
 
 def call(capsys, *arguments: str) -> tuple[int, str, str]:

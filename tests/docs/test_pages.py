@@ -19,9 +19,9 @@ from click.testing import CliRunner
 
 import capsule_sym
 from capsule_sym._cli import group
-from capsule_sym._commands import present
 from capsule_sym._orbits.continuation.points.kinds import INITIALS
 from capsule_sym._sweeps.quantities import CellOutcome
+from capsule_sym._texts import tables
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
 
 SLOW = {
@@ -121,8 +121,8 @@ def test_every_printed_word_is_explained(tmp_path, monkeypatch) -> None:
     (page,) = [page for page in PAGES if page.name == "docs/output.md"]
     lay(page, tmp_path)
     words = {name.lower() for name in CellOutcome.__members__}
-    monkeypatch.setattr(present, "table", lambda heads, *_, **__: words.update(heads))
-    monkeypatch.setattr(present, "grid", lambda rows: words.update(row[0] for row in rows))
+    monkeypatch.setattr(tables, "table", lambda heads, *_, **__: words.update(heads))
+    monkeypatch.setattr(tables, "grid", lambda rows: words.update(row[0] for row in rows))
     lines = [shlex.split(line)[2:] for line in page.console]
     assert {line[0] for line in lines} | {"basin", "explore", "figure"} == set(group.commands)
     for line in lines:

@@ -1,0 +1,1 @@
+"""Results as texts and tables of a terminal: shows, and computes nothing."""

@@ -1,0 +1,102 @@
+"""Tables and grids of a terminal, and quantities with their units."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from string import Formatter
+from typing import TYPE_CHECKING, Any
+
+import capsule_sym
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from capsule_sym._parameters import SceneDevice
+
+
+_MILLI = {"m/s": "mm/s", "m": "mm"}
+
+
+def with_unit(value: float, unit: str) -> str:
+    """Value with its unit; speeds and lengths in mm."""
+    if unit in _MILLI:
+        value, unit = 1000 * value, _MILLI[unit]
+    return f"{value:.6g} {unit}".rstrip()
+
+
+def in_unit(value: float, name: str, device: SceneDevice | None, digits: int = 6) -> str:
+    """Dimensionless quantity with so many digits, or in its unit if there is a device."""
+    from capsule_sym._units import UNITS
+
+    if device is None:
+        return f"{value:.{digits}g}"
+    return with_unit(value * device.scale(name), UNITS[name].name)
+
+
+def units_of(system: capsule_sym.SceneParameters | capsule_sym.SceneDevice) -> dict[str, str]:
+    """Units of metrics and parameters; empty for dimensionless systems."""
+    from capsule_sym._design import quantities
+    from capsule_sym._units import METRIC_UNITS
+
+    if not isinstance(system, capsule_sym.SceneDevice):
+        return {}
+    return {name: unit.name for name, unit in METRIC_UNITS.items()} | quantities.units_of(
+        system.scene
+    )
+
+
+def make_console(stderr: bool = False, width: int = 110) -> Console:
+    """Console on stdout or stderr, `width` columns wide if it is no terminal.
+
+    Text is printed as it is, since names of files may have brackets. Styled text is a `Text`.
+    """
+    from rich.console import Console
+
+    file = sys.stderr if stderr else sys.stdout
+    columns = None if file.isatty() else width
+    return Console(file=file, width=columns, highlight=False, markup=False, emoji=False)
+
+
+def table(
+    columns: Mapping[str, str] | Sequence[str],
+    rows: Iterable[Any],
+    right: Collection[str] = (),
+    gap: int = 1,
+    console: Console | None = None,
+) -> None:
+    """Print a table with a line below its head; the columns in `right` are right-aligned.
+
+    Columns with templates such as "{0.value:.3g}" are formatted from the values of a row.
+    """
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, gap, 0, 0), pad_edge=False)
+    for name in columns:
+        made.add_column(name, justify="right" if name in right else "left")
+    for row in rows:
+        if isinstance(columns, Mapping):
+            row = [_CellTexts().vformat(text, row, {}) for text in columns.values()]
+        made.add_row(*row)
+    (console or make_console()).print(made)
+
+
+class _CellTexts(Formatter):
+    """Texts of the cells of a table: empty for None, yes and no."""
+
+    def format_field(self, value: Any, spec: str) -> str:
+        if value is None or isinstance(value, bool):
+            return {None: "", True: "yes", False: "no"}[value]
+        return format(value, spec)
+
+
+def grid(rows: Iterable[Iterable[str]]) -> None:
+    """Print rows in columns without a head, if there are any."""
+    from rich.table import Table
+
+    made = Table.grid(padding=(0, 2))
+    for row in rows:
+        made.add_row(*row)
+    if made.row_count:
+        make_console().print(made)
