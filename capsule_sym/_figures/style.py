@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -184,7 +185,7 @@ def figure_style(width: float | Literal["column", "page"] | None = None) -> Iter
     Raises
     ------
     InvalidInput
-        For another word.
+        For another word, and a number that is not above 0 and finite.
 
     See Also
     --------
@@ -201,8 +202,8 @@ def figure_style(width: float | Literal["column", "page"] | None = None) -> Iter
     ours = {name: at for name, at in _sheet().items() if rcParams[name] == rcParamsDefault[name]}
     if width is not None:
         inches = {"column": COLUMN, "page": PAGE}.get(str(width), width)
-        if isinstance(inches, str):
-            raise InvalidInput("width", width, "column, page or a number of inches")
+        if isinstance(inches, str) or not 0 < inches < math.inf:
+            raise InvalidInput("width", width, "column, page or a number of inches > 0")
         ours["figure.figsize"] = inches, inches
     with rc_context(ours):
         try:

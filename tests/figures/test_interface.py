@@ -141,6 +141,9 @@ def test_a_style_gives_the_width_of_all_figures(settled) -> None:
             assert empty(width=6.0).get_figwidth() == 6.0
     with pytest.raises(InvalidInput, match="a number or one of column, page"):
         figure_style("wide").__enter__()
+    for width in (-1, 0.0, float("inf")):
+        with pytest.raises(InvalidInput, match="a number of inches > 0"):
+            figure_style(width).__enter__()
 
 
 def test_a_style_of_the_users_is_kept(settled) -> None:

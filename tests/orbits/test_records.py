@@ -64,6 +64,8 @@ def test_a_record_of_no_orbit_is_refused_by_the_name_that_it_lacks(name: str) ->
     without = {**whole, "parameters": {"alpha": 1.2}}
     with pytest.raises(cs.InvalidInput, match=r"with parameters\.omega, "):
         cs.orbit_from_record(without)
+    with pytest.raises(cs.InvalidInput, match="of an orbit, whole"):
+        cs.orbit_from_record({**whole, name: None})
 
 
 def test_no_orbit_tells_where_newtons_method_ended() -> None:

@@ -233,7 +233,8 @@ def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
     Raises
     ------
     InvalidInput
-        For a record that lacks one of these, and for an itinerary or a scene that is not known.
+        For a record that lacks one of these or has another type of it, and for an itinerary or a
+        scene that is not known.
     ValueError
         If the numbers do not solve the equations of the orbit, with a residual below 1e-6.
 
@@ -261,7 +262,10 @@ def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
         lost = [f"parameters.{one}" for one in known if one not in record["parameters"]]
     if lost:
         raise InvalidInput("record", record, f"of an orbit, with {', '.join(lost)}")
-    return _orbit(record)
+    try:
+        return _orbit(record)
+    except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
+        raise InvalidInput("record", record, f"of an orbit, whole: {error}") from error
 
 
 def _orbit(record: Record) -> Orbit:
