@@ -10,7 +10,7 @@ import click
 
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, option
-from capsule_sym._texts import tables
+from capsule_sym._texts import bars, tables
 
 Repeats = Annotated[int, between(1, help="Repeats of each timing; the median is reported.")]
 Quick = Annotated[bool, option(help="Only a few runs of each set, about 20 s.")]
@@ -139,18 +139,23 @@ def scenes(
 
 @command()
 def installation(
-    paper: bool = option("Compute all about the paper too, which takes two minutes."),
-    out: Path | None = options.out("Write installation.json to this directory."),
-    as_json: bool = options.as_json,
+    *, paper: bool = False, out: options.Folder = None, as_json: options.Json = False
 ) -> None:
     """Measure what a newcomer waits for, by processor time: five minutes.
 
     The installation from source, the size of the wheel, and a scene of one's own from an installed
     wheel, in an empty folder, by a C compiler alone. Nothing is downloaded.
+
+    Parameters
+    ----------
+    paper
+        Compute all about the paper too, which takes two minutes.
+    out
+        Write installation.json to this directory.
     """
     from benchmarks.speed.installation import goals
 
-    found = list(present.track(goals(paper), "Installing", 3 + paper))
+    found = list(bars.track(goals(paper), "Installing", 3 + paper))
     _keep("installation", [goal._asdict() | {"met": goal.met} for goal in found], out, as_json)
     if not as_json:
         show("", _GOALS, found)
