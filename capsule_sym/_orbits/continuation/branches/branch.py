@@ -24,6 +24,7 @@ from capsule_sym._orbits.continuation.families.family import (
     Step,
     Stop,
 )
+from capsule_sym._orbits.continuation.families.rejoining import Rejoining
 from capsule_sym._orbits.continuation.families.stepping import Continuation, PathRun, keeps_images
 from capsule_sym._orbits.continuation.parameter_paths import PathAxis
 from capsule_sym._orbits.continuation.points import kinds
@@ -249,6 +250,29 @@ class BranchRun(PathRun):
 
     def failure(self, state: Spot) -> str:
         return failure_of(state)
+
+    def beyond(self, orbit: Orbit, along: Vector) -> tuple[Orbit, Spot] | None:
+        *_, change = along
+        way, steepness = float(np.sign(change)), float(np.linalg.norm(along) / abs(change))
+        found = Rejoining(self.problem, orbit, way, steepness).junction()
+        if found is None:
+            return None
+        continuation = self.continuation
+        continuation.itinerary, continuation.segments = found.after.itinerary, ()
+        u = continuation.unknowns(found.after)
+        try:
+            state = continuation.symmetric(continuation.state(u, way * np.eye(len(u))[-1]))
+        except Stop:
+            return None
+        return found.before, state
+
+    def record_unlocated(self, old: Spot, before: Orbit, new: Spot, failed: str) -> None:
+        if old.orbit.itinerary.whole.cyclic == new.orbit.itinerary.whole.cyclic:
+            return
+        width = abs(self._value(new.orbit) - self._value(before))
+        here = EventSolution(before, (), before.residual, (width,))
+        named = {"type": kinds.HIGHER.type, "uncertainty": width, "failed": failed}
+        self._record(old, new, new, here, False, **named)
 
     def _check_drift(self, orbit: Orbit, segment: int | None = None) -> None:
         """Raises Stop if the capsule drifts one way in all segments of nonzero duration."""

@@ -425,7 +425,17 @@ class PathRun(ABC):
         return Ending.TOO_MANY_POINTS, counted(self.most, "point")
 
     def _step(self, state: Spot, length: float) -> tuple[Spot, float]:
-        step = self.continuation.advance(state, length, self.largest)
+        try:
+            step = self.continuation.advance(state, length, self.largest)
+        except Stop as stop:
+            failing = " and ".join(self.continuation.unlocated)
+            beyond = self.beyond(state.orbit, state.tangent)
+            if beyond is None:
+                raise stop
+            before, after = beyond
+            self.record_unlocated(state, before, after, failing)
+            self.add(after)
+            return after, self.problem.settings.first_step
         for one in step.smooth:
             self.record_smooth(one)
         self.check(state, step)
@@ -451,13 +461,23 @@ class PathRun(ABC):
             failure = str(error)
         except Stop as error:
             stop = error
+        if state is None and stop is None:
+            joined = self.beyond(event.solution.orbit, new.u - old.u)
+            state = None if joined is None else joined[1]
         orbit = self.record_event(event, old, new, state, failed)
-        if beyond is None or state is None:
+        if state is None:
             detail = f"{failed} fails at {self.problem.where(orbit)}; beyond, {failure}"
             raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
-        for one in beyond.smooth:
+        for one in beyond.smooth if beyond is not None and not failure else ():
             self.record_smooth(one)
         return state
+
+    def beyond(self, orbit: Orbit, along: Vector) -> tuple[Orbit, Spot] | None:
+        """Last orbit before a point at which the path ends, and state beyond; None if none."""
+        return None
+
+    def record_unlocated(self, old: Spot, before: Orbit, new: Spot, failed: str) -> None:
+        """Record that events lie next to an orbit, too close together to be located."""
 
     def errors(self, found: EventSolution) -> list[float]:
         """Uncertainties of the varied parameters at a smooth bifurcation, with their rounding."""
