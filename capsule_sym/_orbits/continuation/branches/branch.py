@@ -266,13 +266,17 @@ class BranchRun(PathRun):
             return None
         return found.before, state
 
-    def record_unlocated(self, old: Spot, before: Orbit, new: Spot, failed: str) -> None:
-        if old.orbit.itinerary.whole.cyclic == new.orbit.itinerary.whole.cyclic:
-            return
-        width = abs(self._value(new.orbit) - self._value(before))
-        here = EventSolution(before, (), before.residual, (width,))
-        named = {"type": kinds.HIGHER.type, "uncertainty": width, "failed": failed}
-        self._record(old, new, new, here, False, **named)
+    def pass_unlocated(self, state: Spot, failed: str) -> Spot | None:
+        found = self.beyond(state.orbit, state.tangent)
+        if found is None:
+            return None
+        before, new = found
+        if state.orbit.itinerary.whole.cyclic != new.orbit.itinerary.whole.cyclic:
+            width = abs(self._value(new.orbit) - self._value(before))
+            here = EventSolution(before, (), before.residual, (width,))
+            named = {"type": kinds.HIGHER.type, "uncertainty": width, "failed": failed}
+            self._record(state, new, new, here, False, **named)
+        return new
 
     def _check_drift(self, orbit: Orbit, segment: int | None = None) -> None:
         """Raises Stop if the capsule drifts one way in all segments of nonzero duration."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import counted
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import brief
 from capsule_sym._native import TimeUp
@@ -33,7 +34,9 @@ from capsule_sym._orbits.continuation.points.extended import (
     evaluate_test_functions,
     has_rotations,
     noise,
+    orbit_at,
 )
+from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus, columns_of
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
@@ -110,11 +113,16 @@ class Curve(Labelled):
         return brief(self, text, f"in {' and '.join(self.parameters)}")
 
 
+_HALVES = 1e-3
+"""Largest distance in state and time of halves that count as nearly equal."""
 _SADDLES = "the multipliers of product 1 are real"
 
 
 class CurveRun(PathRun):
     """One half of a curve of a bifurcation type, from a state of a continuation."""
+
+    _ended = False
+    """True if no orbit continues the curve beyond its last codimension-two point."""
 
     def __init__(self, continuation: Continuation, kind: str, points: int) -> None:
         super().__init__(continuation, points, continuation.settings.most_curve_points)
@@ -125,13 +133,19 @@ class CurveRun(PathRun):
     def go(self, first: Spot) -> tuple[Ending, str]:
         """Continue the curve from a state to its end; returns the reason for the end."""
         ending, detail = self.follow(lambda: first)
-        lost = ending in (Ending.NOT_CONVERGED, Ending.NO_ADMISSIBLE_ORBIT)
+        if ending not in (Ending.NOT_CONVERGED, Ending.NO_ADMISSIBLE_ORBIT):
+            return ending, detail
         try:
-            if lost and self.last and self._ends_in_point(self.last):
+            if self._ended:
+                return Ending.CODIMENSION_TWO, detail
+            if self.last and (self._ends_halved(self.last) or self._ends_in_point(self.last)):
                 where = self.problem.where(self.codimension_two[-1].orbit)
                 return Ending.CODIMENSION_TWO, where
         except TimeUp:
             return OUT_OF_TIME
+        if self.last and self.continuation.unlocated:
+            self._record_unlocated(self.last)
+            return Ending.CODIMENSION_TWO, detail
         return ending, detail
 
     def closes(self, old: Spot, new: Spot) -> bool:
@@ -225,7 +239,7 @@ class CurveRun(PathRun):
         at, segment = found.orbit, None if self.continuation.critical else found.segments[0]
         places = self._place(at, segment), self._place(at, event.segment)
         after = beyond and beyond.orbit.itinerary.whole
-        known = self.codimension_two
+        known, self._ended = self.codimension_two, after is None
         if known and known[-1].at(self._values(at)):
             if known[-1].types[1] == kinds.DEGENERATE:
                 known.pop()
@@ -257,12 +271,39 @@ class CurveRun(PathRun):
         near = self.problem.settings.degenerate_distance
         return found if found is not None and max(abs(found.orbit.z - z)) < near else None
 
+    def _record_unlocated(self, state: Spot) -> None:
+        """Record the point where inequalities fail together, at the last state, as not solved."""
+        orbit, failed = state.orbit, " and ".join(self.continuation.unlocated)
+        width = self.problem.settings.least_step
+        sizes = (abs(axis.width) * width for axis in self.problem.axes)
+        here = EventSolution(orbit, self.continuation.segments, orbit.residual, tuple(sizes))
+        places = self._place(orbit, self.continuation.zero_segment), kinds.HIGHER
+        self._record(here, places, (orbit.itinerary.whole, None), failed, solved=False)
+
+    def _ends_halved(self, state: Spot) -> bool:
+        """True if the halves of a doubled orbit have become equal: the point is then recorded."""
+        orbit, own = state.orbit, self.continuation.zero_segment
+        half = None if own is None else _half(orbit, own)
+        if half is None:
+            return False
+        guess, segment = half
+        family = Continuation(self.problem, guess, segment)
+        found = family.solved(guess, (kinds.PERIOD_DOUBLING,), family.segments)
+        near = self.problem.settings.degenerate_distance
+        if found is None or abs(found.orbit.z - guess.z).max() > near:
+            return False
+        if self.codimension_two and not self.codimension_two[-1].success:
+            self.codimension_two.pop()  # of the doubled orbit's equations, singular at this point
+        places = self._place(found.orbit, segment), kinds.EventType(kinds.PERIOD_DOUBLING)
+        self._record(found, places, (orbit.itinerary.whole, None))
+        return True
+
     def _ends_in_point(self, state: Spot) -> bool:
         """True if the curve has ended in a degenerate point, which is then recorded."""
         # A failed crossing has changed the itinerary of the last point.
         orbit, own = state.orbit, self.points[-1].segment
         known = self.codimension_two[-1:]
-        if own is None or orbit.itinerary.mirrored or any(p.itinerary_after is None for p in known):
+        if own is None or orbit.itinerary.mirrored:
             return False
         n, near = len(orbit.itinerary), self.problem.settings.degenerate_distance
         adjacent = [k for k in ((own - 1) % n, (own + 1) % n) if orbit.durations[k] < near]
@@ -278,3 +319,32 @@ class CurveRun(PathRun):
             found = found._replace(segments=(own, *others))
             self._record(found, (self._place(at, own), there), (orbit.itinerary.whole, None))
         return True
+
+
+def _half(orbit: Orbit, own: int) -> tuple[Orbit, int] | None:
+    """Half of a doubled orbit with its segment of duration 0, as a guess, and its index there.
+
+    The segment may be absent from the other half. None if no two states half the time apart differ
+    by less than `_HALVES`.
+    """
+    itinerary, n, durations = orbit.itinerary, len(orbit.itinerary), orbit.durations
+    if itinerary.period_number % 2 or itinerary.mirrored:
+        return None
+    states = [np.array(flow.start, dtype=float) for flow in orbit.system.flows]
+    found = []
+    for start, count in product(range(n), range(1, n)):
+        late = durations[(start + np.arange(count)) % n].sum() - durations.sum() / 2
+        apart = max(abs(late), abs(states[start] - states[(start + count) % n]).max())
+        if (own - start) % n < count and apart < _HALVES:
+            found.append((apart, start, count))
+    if not found:
+        return None
+    _, start, count = min(found)
+    turned = rotated(orbit.numbers, itinerary, orbit.z, orbit.system, start)
+    fields = turned.itinerary.fields[:count]
+    try:
+        once = Itinerary.of(fields, itinerary.period_number // 2, scene=itinerary.scene)
+    except InvalidInput:
+        return None
+    z = turned.z[: kinds.DURATIONS + count]
+    return orbit_at(orbit.numbers, orbit.values, once, z), (own - start) % n

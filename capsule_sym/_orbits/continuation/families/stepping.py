@@ -378,6 +378,8 @@ def _ratio(orbit: Orbit, first: int) -> float:
     The capsule's acceleration grows from 0 and falls again at the rates of the pull.
     """
     grows, falls = map(float, pull_rates(orbit.itinerary, orbit.system.flows, first))
+    if grows * falls >= 0:
+        raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "the pull does not turn back where the slip begins")
     return (grows + math.copysign(math.sqrt(grows * (grows - falls)), grows)) / -falls
 
 
@@ -428,14 +430,11 @@ class PathRun(ABC):
         try:
             step = self.continuation.advance(state, length, self.largest)
         except Stop as stop:
-            failing = " and ".join(self.continuation.unlocated)
-            beyond = self.beyond(state.orbit, state.tangent)
+            beyond = self.pass_unlocated(state, " and ".join(self.continuation.unlocated))
             if beyond is None:
                 raise stop
-            before, after = beyond
-            self.record_unlocated(state, before, after, failing)
-            self.add(after)
-            return after, self.problem.settings.first_step
+            self.add(beyond)
+            return beyond, self.problem.settings.first_step
         for one in step.smooth:
             self.record_smooth(one)
         self.check(state, step)
@@ -460,14 +459,16 @@ class PathRun(ABC):
         except InvalidInput as error:
             failure = str(error)
         except Stop as error:
-            stop = error
-        if state is None and stop is None:
+            failure, stop = error.detail, error
+        if state is None:
             joined = self.beyond(event.solution.orbit, new.u - old.u)
             state = None if joined is None else joined[1]
         orbit = self.record_event(event, old, new, state, failed)
         if state is None:
             detail = f"{failed} fails at {self.problem.where(orbit)}; beyond, {failure}"
-            raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+            if stop is not None and stop.ending is not Ending.NO_ADMISSIBLE_ORBIT:
+                raise stop
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
         for one in beyond.smooth if beyond is not None and not failure else ():
             self.record_smooth(one)
         return state
@@ -476,8 +477,12 @@ class PathRun(ABC):
         """Last orbit before a point at which the path ends, and state beyond; None if none."""
         return None
 
-    def record_unlocated(self, old: Spot, before: Orbit, new: Spot, failed: str) -> None:
-        """Record that events lie next to an orbit, too close together to be located."""
+    def pass_unlocated(self, state: Spot, failed: str) -> Spot | None:
+        """State beyond a point to which no step leads, which is recorded; None if there is none.
+
+        `failed` names the inequalities that fail there without a located event.
+        """
+        return None
 
     def errors(self, found: EventSolution) -> list[float]:
         """Uncertainties of the varied parameters at a smooth bifurcation, with their rounding."""
