@@ -270,6 +270,7 @@ def test_an_orbit_that_its_word_does_not_admit_is_refused() -> None:
 
 def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> None:
     monkeypatch.setattr(branch_run, "is_admissible", lambda orbit: False)
+    monkeypatch.setattr(branch_run.BranchRun, "beyond", lambda *arguments: None)
     branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 1.0)
     assert branch.status is cs.Ending.NO_ADMISSIBLE_ORBIT
     assert "the map has another itinerary" in branch.message

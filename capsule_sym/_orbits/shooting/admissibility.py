@@ -287,7 +287,9 @@ def is_admissible(orbit: Orbit) -> bool:
     expected = orbit.itinerary.rotated(_longest(orbit)).fields
     if len(expected) == 1:
         return fields == expected
-    return fields[: len(expected) + 1] == (*expected, expected[0])
+    # The run begins in the middle of a segment, whose first half comes last, before the next one.
+    cycle = (*expected, *expected[:2])
+    return len(fields) > len(expected) and fields[: len(cycle)] == cycle[: len(fields)]
 
 
 def stiffless(orbit: Orbit) -> bool:

@@ -271,11 +271,10 @@ class BranchRun(PathRun):
         if found is None:
             return None
         before, new = found
-        if state.orbit.itinerary.whole.cyclic != new.orbit.itinerary.whole.cyclic:
-            width = abs(self._value(new.orbit) - self._value(before))
-            here = EventSolution(before, (), before.residual, (width,))
-            named = {"type": kinds.HIGHER.type, "uncertainty": width, "failed": failed}
-            self._record(state, new, new, here, False, **named)
+        width = abs(self._value(new.orbit) - self._value(before))
+        here = EventSolution(before, (), before.residual, (width,))
+        named = {"type": kinds.HIGHER.type, "uncertainty": width, "failed": failed}
+        self._record(state, new, new, here, False, **named)
         return new
 
     def _check_drift(self, orbit: Orbit, segment: int | None = None) -> None:

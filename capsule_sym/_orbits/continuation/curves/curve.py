@@ -292,7 +292,7 @@ class CurveRun(PathRun):
         near = self.problem.settings.degenerate_distance
         if found is None or abs(found.orbit.z - guess.z).max() > near:
             return False
-        if self.codimension_two and not self.codimension_two[-1].success:
+        while self.codimension_two and not self.codimension_two[-1].success:
             self.codimension_two.pop()  # of the doubled orbit's equations, singular at this point
         places = self._place(found.orbit, segment), kinds.EventType(kinds.PERIOD_DOUBLING)
         self._record(found, places, (orbit.itinerary.whole, None))

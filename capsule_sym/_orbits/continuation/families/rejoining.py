@@ -49,16 +49,14 @@ class Rejoining:
         self.state = _strobe(self.orbit, self.number)
 
     def junction(self) -> Junction | None:
-        """The nearest change of itinerary and the orbits beside it; None if no orbit continues."""
-        here, reached = (self.orbit, 0.0), None
-        for gap in _GAPS:
-            found = self._at(float(gap))
-            if found is None:
-                continue
-            if not self._goes_on(found):
-                return self._between(here, (found, float(gap)))
-            here = reached = found, float(gap)
-        return None if reached is None else Junction(self.orbit, reached[0])
+        """The nearest change of itinerary and the orbits beside it; None if no orbit is beyond."""
+        here = self.orbit, 0.0
+        for gap in _GAPS.tolist():
+            found = self._at(gap)
+            if found is not None and not self._goes_on(found):
+                return self._between(here, (found, gap))
+            here = here if found is None else (found, gap)
+        return None
 
     def _between(self, low: tuple[Orbit, float], high: tuple[Orbit, float]) -> Junction | None:
         """Orbits beside the change of itinerary between two distances, by bisection."""
