@@ -57,3 +57,13 @@ def test_a_run_from_inside_stays_on_the_orbit() -> None:
     phase = float(orbit.motion.segments[0].start.phase)
     run = cs.simulate(orbit.parameters, (x_r, v_r, v_c), phase, 3)
     assert tuple(s.field for s in run.segments[:6]) == orbit.itinerary.fields
+
+
+def test_the_first_half_of_the_longest_segment_is_compared_too() -> None:
+    start = settled(alpha=0.9, omega=0.6819)
+    touching = cs.solve_itinerary(
+        cs.Parameters(alpha=0.9, omega=0.68189804), start.itinerary, start.z
+    )
+    assert touching.success
+    assert cs.tightest(touching).value < 0
+    assert not cs.is_admissible(touching)

@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import Bifurcation, Ending, continue_from, continue_orbit
-from capsule_sym._orbits.continuation.points.kinds import (
-    ADDING,
-    CORNER,
-    CROSSING,
-    FOLD,
-    GRAZING_SLIDING,
-    PERIOD_DOUBLING,
-    SWITCHING,
-)
+from capsule_sym._orbits.continuation.points import kinds
 from tests.orbits.branches import settled
 
 pytestmark = pytest.mark.long
@@ -44,28 +36,28 @@ def test_folds_nearer_to_a_border_than_a_first_point_beside_it() -> None:
 
     def events(alpha: float) -> list[Bifurcation]:
         found = both_ways("omega", (0.865, 0.8662), alpha=alpha, beta=10.0)
-        return [one for one in found if one.type in (FOLD, CROSSING)]
+        return [one for one in found if one.type in (kinds.FOLD, kinds.CROSSING)]
 
     apart = []
     for away in (2e-5, 1e-5):
         found = events(point[1] - away)
-        assert [one.type for one in found] == [FOLD, CROSSING, FOLD]
+        assert [one.type for one in found] == [kinds.FOLD, kinds.CROSSING, kinds.FOLD]
         apart.append([abs(found[k].value - found[1].value) for k in (0, 2)])
     assert np.divide(*apart) == pytest.approx(4, rel=0.01)
-    assert [one.type for one in events(point[1] + 1e-5)] == [CROSSING]
+    assert [one.type for one in events(point[1] + 1e-5)] == [kinds.CROSSING]
 
 
 def test_branches_that_leave_a_border_have_the_folds_beside_it() -> None:
     start = settled(omega=0.865, alpha=1.224186888611542 - 1e-5, beta=10.0)
     branch = continue_orbit(start, "omega", 0.8662, points=2)
-    (one,) = (b for b in branch.bifurcations if b.type == CROSSING)
+    (one,) = (b for b in branch.bifurcations if b.type == kinds.CROSSING)
     found = [
         bifurcation.value
         for new in continue_from(branch, one.label, one.value + 1e-4, points=2)
         for bifurcation in new.bifurcations
-        if bifurcation.type == FOLD
+        if bifurcation.type == kinds.FOLD
     ]
-    expected = [b.value for b in branch.bifurcations if b.type == FOLD]
+    expected = [b.value for b in branch.bifurcations if b.type == kinds.FOLD]
     assert len(expected) == 2
     assert sorted(found) == pytest.approx(sorted(expected), abs=1e-14)
 
@@ -75,17 +67,21 @@ def test_period_doublings_nearer_to_a_border_than_a_first_point_beside_it() -> N
     slopes = []
     for away in (1e-5, 1e-8):
         found = both_ways("alpha", (0.34, 0.37), zeta=0.0480661171083319 - away)
-        assert [one.type for one in found] == [PERIOD_DOUBLING, ADDING, PERIOD_DOUBLING]
+        assert [one.type for one in found] == [
+            kinds.PERIOD_DOUBLING,
+            kinds.ADDING,
+            kinds.PERIOD_DOUBLING,
+        ]
         slopes.append([(found[k].value - found[1].value) / away for k in (0, 2)])
     assert slopes[1] == pytest.approx(slopes[0], rel=0.02)
 
 
 #: (alpha, gamma) at which two border collisions happen together, found on their curves.
 TOGETHER = {
-    (CORNER, SWITCHING): (1.389876487080773, 3.858902963081073),
-    (CORNER, GRAZING_SLIDING): (1.3863144813221504, 3.9068707720216516),
-    (CROSSING, SWITCHING): (1.6086204300480378, 3.0955278438499905),
-    (CROSSING, GRAZING_SLIDING): (1.6013680974596105, 3.185456528248273),
+    (kinds.CORNER, kinds.SWITCHING): (1.389876487080773, 3.858902963081073),
+    (kinds.CORNER, kinds.GRAZING_SLIDING): (1.3863144813221504, 3.9068707720216516),
+    (kinds.CROSSING, kinds.SWITCHING): (1.6086204300480378, 3.0955278438499905),
+    (kinds.CROSSING, kinds.GRAZING_SLIDING): (1.6013680974596105, 3.185456528248273),
 }
 
 
@@ -115,6 +111,6 @@ def test_a_slip_that_reverses_hides_the_crossing_behind_it() -> None:
     apart = []
     for away in (1e-3, 2.5e-4):
         found = both_ways("alpha", (alpha - 1e-3, alpha + 1e-3), gamma=gamma - away)
-        assert [one.type for one in found] == [SWITCHING, GRAZING_SLIDING]
+        assert [one.type for one in found] == [kinds.SWITCHING, kinds.GRAZING_SLIDING]
         apart.append(found[1].value - found[0].value)
     assert apart[0] / apart[1] == pytest.approx(16, rel=0.01)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 import capsule_sym as cs
 from capsule_sym import scenes
+from capsule_sym._orbits.continuation.families import stepping
 
 
 class Case(NamedTuple):
@@ -72,8 +74,31 @@ def test_the_event_is_where_the_settled_motion_changes() -> None:
         motion = cs.simulate(
             there, event.orbit.trajectory()(event.orbit.parameters.period)[:3], periods=400
         ).steady()
-        assert cs.Itinerary.of_motion(motion).fields in rotations(itinerary.fields)
+        assert cs.Itinerary.of_motion(motion).cyclic == itinerary.cyclic
 
 
-def rotations(fields: tuple[int, ...]) -> list[tuple[int, ...]]:
-    return [fields[k:] + fields[:k] for k in range(len(fields))]
+@pytest.mark.parametrize(
+    ("name", "to"), [("alpha", 1.0), pytest.param("omega", 0.65, marks=pytest.mark.long)]
+)
+def test_runs_alone_find_the_events_that_equations_find(monkeypatch, name: str, to: float) -> None:
+    start = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    expected = cs.continue_orbit(start, name, to, points=5)
+    monkeypatch.setattr(stepping, "first_event", lambda *arguments: None)
+    found = cs.continue_orbit(start, name, to, points=5)
+    assert found.success, found.message
+    for one, other in zip(found.bifurcations, expected.bifurcations, strict=True):
+        assert str(one.itinerary_after) == str(other.itinerary_after)
+        assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
+
+
+def test_a_curve_of_doubled_orbits_ends_where_their_halves_become_equal() -> None:
+    """There the curve of the orbits of half the period has a period doubling."""
+    ranges = (0.3, 0.4), (0.0478, 0.052)
+    once = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=0.3)), "alpha", 0.4, points=3)
+    (point,) = cs.continue_bifurcation(once.at("AS1"), "zeta", ranges, points=3).codimension_two
+    begin = cs.solve_orbit(cs.Parameters(alpha=0.3655, zeta=0.0479))
+    doubled = cs.continue_orbit(begin, "alpha", 0.372, points=5)
+    curve = cs.continue_bifurcation(doubled.at("AS1"), "zeta", ranges, points=10)
+    (end,) = curve.codimension_two
+    assert (curve.success, end.success, end.types) == (True, True, point.types)
+    assert np.all(abs(np.subtract(end.values, point.values)) <= end.uncertainties)

@@ -167,6 +167,8 @@ class BranchRun(PathRun):
             return state
 
         ending, detail = self.follow(begin)
+        if ending in (Ending.NOT_CONVERGED, Ending.NO_ADMISSIBLE_ORBIT) and self.points:
+            detail = f"{detail}; runs find no orbit next to it"
         points, found = tuple(self.points), labelled(self.bifurcations)
         return Branch(self.axis, points, found, ending, detail, self.origin)
 
@@ -301,7 +303,7 @@ def labelled(found: Sequence[Bifurcation]) -> tuple[Bifurcation, ...]:
     counts = Counter[str]()
     result = []
     for one in found:
-        initials = kinds.INITIALS.get(one.type, "XX")
+        initials = kinds.INITIALS[one.type]
         counts[initials] += 1
         result.append(replace(one, label=f"{initials}{counts[initials]}"))
     return tuple(result)

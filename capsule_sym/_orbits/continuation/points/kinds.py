@@ -33,6 +33,17 @@ DEGENERATE = "degenerate"
 SMOOTH = (FOLD, PERIOD_DOUBLING, NEIMARK_SACKER)
 #: Resonance on a Neimark-Sacker curve where both multipliers are those of this type.
 RESONANCES = {FOLD: RESONANCE_1_1, PERIOD_DOUBLING: RESONANCE_1_2}
+
+
+class EventType(NamedTuple):
+    """Type of an event, its line, and the surfaces that meet there."""
+
+    type: str
+    line: str = ""
+    surfaces: tuple[str, ...] = ()
+
+
+HIGHER = EventType("corner of higher codimension")
 #: Initials of each type, for the labels on a branch.
 INITIALS = {
     FOLD: "FO",
@@ -46,18 +57,8 @@ INITIALS = {
     SWITCHING: "SS",
     CORNER: "BI",
     EDGE: "ED",
+    HIGHER.type: "HC",
 }
-
-
-class EventType(NamedTuple):
-    """Type of an event, its line, and the surfaces that meet there."""
-
-    type: str
-    line: str = ""
-    surfaces: tuple[str, ...] = ()
-
-
-HIGHER = EventType("corner of higher codimension")
 _SURFACES = {
     "L1": ("S1", "S2"),
     "L2": ("S2", "S3"),
