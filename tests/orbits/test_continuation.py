@@ -84,27 +84,6 @@ def test_the_map_settles_on_the_words_on_either_side(gamma: float) -> None:
             assert motion.itinerary == itinerary.rotated(itinerary.first).names, (one.type, side)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("gamma", [3.3, 3.0])
-def test_bisection_on_the_simulated_word_ends_at_the_same_values(gamma: float) -> None:
-    for one in upwards(gamma).bifurcations:
-        low, high = one.value - 1e-3, one.value + 1.3e-3
-        while high - low > 1e-9:
-            middle = (low + high) / 2
-            run = cs.simulate(cs.Parameters(alpha=middle, gamma=gamma), periods=1500)
-            if one.type == kinds.GRAZING:
-                below = run.segments[-1].outcome is cs.Outcome.NEVER
-            else:
-                motion = run.steady(1e-8)
-                assert motion is not None
-                below = (
-                    motion.itinerary
-                    == one.itinerary_before.rotated(one.itinerary_before.first).names
-                )
-            low, high = (middle, high) if below else (low, middle)
-        assert abs(one.value - (low + high) / 2) < 2e-9
-
-
 def test_every_point_is_a_motion_of_the_map() -> None:
     for point in upwards(3.3).points[::5] + hysteretic().points[::5]:
         assert point.admissibility.value > 0

@@ -2,23 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 
 import capsule_sym as cs
 from capsule_sym import scenes
 from capsule_sym._orbits.continuation.families import stepping
-
-
-class Case(NamedTuple):
-    """Scene and parameters, and the omega at which the branch from rest begins and ends."""
-
-    scene: str
-    parameters: dict[str, float]
-    begin: float
-    end: float
 
 
 PULSED = {
@@ -48,40 +37,31 @@ REACTION = {
     "f_b": 1.0367725573783069,
 }
 CASES = [
-    Case("reaction_pulse", PULSED, 0.2825, 0.278),
-    pytest.param(Case("capsule", CAPSULE, 0.5223369424795006, 0.3134), marks=pytest.mark.long),
-    pytest.param(Case("reaction", REACTION, 0.6548844682730086, 0.3929), marks=pytest.mark.long),
-    pytest.param(Case("reaction_pulse", PULSED, 0.3096, 0.25), marks=pytest.mark.long),
+    ("reaction_pulse", PULSED, 0.2825, 0.278),
+    pytest.param("capsule", CAPSULE, 0.5223369424795006, 0.3134, marks=pytest.mark.long),
+    pytest.param("reaction", REACTION, 0.6548844682730086, 0.3929, marks=pytest.mark.long),
+    pytest.param("reaction_pulse", PULSED, 0.3096, 0.25, marks=pytest.mark.long),
 ]
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_a_branch_reaches_the_end_of_its_range(case: Case) -> None:
-    p = scenes.load(case.scene).Parameters(omega=case.begin, **case.parameters)
-    branch = cs.continue_orbit(cs.solve_orbit(p), "omega", case.end)
+@pytest.mark.parametrize(("scene", "values", "begin", "end"), CASES)
+def test_a_branch_reaches_the_end_of_its_range(scene, values, begin: float, end: float) -> None:
+    start = cs.solve_orbit(scenes.load(scene).Parameters(omega=begin, **values))
+    branch = cs.continue_orbit(start, "omega", end)
     assert branch.success, branch.message
-    assert branch.points[-1].value == case.end
-
-
-def test_the_event_is_where_the_settled_motion_changes() -> None:
-    """Runs settle on the itinerary of one side 1e-8 before it, and on the other's 1e-8 beyond."""
-    case = CASES[0]
-    p = scenes.load(case.scene).Parameters(omega=case.begin, **case.parameters)
-    branch = cs.continue_orbit(cs.solve_orbit(p), "omega", 0.2785)
-    event = branch.bifurcations[-1]
-    for side, itinerary in ((1, event.itinerary_before), (-1, event.itinerary_after)):
-        there = p.replace(omega=event.value + side * 1e-8)
-        motion = cs.simulate(
-            there, event.orbit.trajectory()(event.orbit.parameters.period)[:3], periods=400
-        ).steady()
-        assert cs.Itinerary.of_motion(motion).cyclic == itinerary.cyclic
+    assert branch.points[-1].value == end
 
 
 @pytest.mark.parametrize(
-    ("name", "to"), [("alpha", 1.0), pytest.param("omega", 0.65, marks=pytest.mark.long)]
+    ("p", "name", "to"),
+    [
+        (cs.Parameters(alpha=0.9), "alpha", 1.0),
+        pytest.param(cs.Parameters(alpha=0.9), "omega", 0.65, marks=pytest.mark.long),
+        (scenes.reaction_pulse.Parameters(omega=0.2825, **PULSED), "omega", 0.2785),
+    ],
 )
-def test_runs_alone_find_the_events_that_equations_find(monkeypatch, name: str, to: float) -> None:
-    start = cs.solve_orbit(cs.Parameters(alpha=0.9))
+def test_runs_alone_find_the_events_that_equations_find(monkeypatch, p, name, to) -> None:
+    start = cs.solve_orbit(p)
     expected = cs.continue_orbit(start, name, to, points=5)
     monkeypatch.setattr(stepping, "first_event", lambda *arguments: None)
     found = cs.continue_orbit(start, name, to, points=5)
