@@ -9,7 +9,6 @@ import capsule_sym as cs
 from capsule_sym import scenes
 from capsule_sym._orbits.continuation.families import stepping
 
-
 PULSED = {
     "alpha": 0.429432255087572,
     "alpha_low": 1.7879656203188588,
