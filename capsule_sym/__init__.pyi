@@ -8,12 +8,12 @@ from capsule_sym._attractors.branches import AttractorBranch as AttractorBranch
 from capsule_sym._attractors.branches import Change as Change
 from capsule_sym._attractors.branches import ContinuedAttractors as ContinuedAttractors
 from capsule_sym._attractors.continuing import continue_attractors as continue_attractors
+from capsule_sym._attractors.destinations import Arrivals as Arrivals
 from capsule_sym._attractors.destinations import Destinations as Destinations
 from capsule_sym._attractors.pulse import Pulse as Pulse
 from capsule_sym._attractors.pulse import PulseStatus as PulseStatus
 from capsule_sym._attractors.pulse import PulseWindow as PulseWindow
 from capsule_sym._attractors.pulses import switch_by_pulse as switch_by_pulse
-from capsule_sym._attractors.settling import Arrivals as Arrivals
 from capsule_sym._attractors.shock import Shock as Shock
 from capsule_sym._attractors.shock import minimal_shock as minimal_shock
 from capsule_sym._attractors.smallest import ShockStatus as ShockStatus

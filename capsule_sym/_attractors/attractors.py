@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Vector
+from capsule_sym._attractors.destinations import Arrivals, Cycle, KnownOrbits
 from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
-from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
 from capsule_sym._errors import InvalidInput, Status, check_one_of, counted
-from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real, real
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.labelled import Labelled, package
 from capsule_sym._map.many import spread
@@ -28,9 +27,7 @@ from capsule_sym._orbits.shooting.symmetry import symmetric
 from capsule_sym._parameters import Scene, SceneParameters
 from capsule_sym._processes import deferred
 
-_MOST_STARTS = 10**6
-_MIRRORED = 1e-6  # distance below which an orbit is the mirror image of another
-_SHARE = 0.95  # confidence level of the intervals of fractions
+_MOST_STARTS = 10**6  # starts of a box, whose states are held in memory
 Starts = Mapping[str, float | tuple[float, float]] | ArrayLike
 
 
@@ -98,12 +95,12 @@ class Attractors(Result, Labelled):
 
     parameters: SceneParameters
     attractors: tuple[Attractor, ...]
+    numbers: NDArray[np.int16]
+    """Attractor number of each start, shape (n,)."""
     states: Vector
     """Start states (x_r, v_r, v_c), shape (n, 3)."""
     phases: Vector
     """Phases of the starts (times in the excitation period), shape (n,)."""
-    numbers: NDArray[np.int16]
-    """Attractor number of each start, shape (n,)."""
     periods: int
     """Excitation periods after which a run counts as unsettled."""
     status: Status
@@ -141,17 +138,21 @@ class Attractors(Result, Labelled):
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
         """Attractors as columns, shape (k,)."""
-        low, high = np.array([one.interval for one in self.attractors]).reshape(-1, 2).T
         mirrors = [NONE if one.mirror is None else one.mirror for one in self.attractors]
+        ends = np.reshape([one.interval for one in self.attractors], (-1, 2))
+
+        def column(name: str, kind: type) -> NDArray[Any]:
+            return np.array([getattr(one, name) for one in self.attractors], dtype=kind)
+
         return {
-            "itinerary": np.array([one.itinerary for one in self.attractors], dtype=np.str_),
-            "period_number": np.array([one.period_number for one in self.attractors], dtype=int),
-            "progression": np.array([one.progression for one in self.attractors]),
-            "largest_multiplier": np.array([one.multiplier for one in self.attractors]),
-            "count": np.array([one.count for one in self.attractors], dtype=int),
-            "fraction": np.array([one.fraction for one in self.attractors]),
-            "fraction_low": low,
-            "fraction_high": high,
+            "itinerary": column("itinerary", np.str_),
+            "period_number": column("period_number", int),
+            "progression": column("progression", float),
+            "largest_multiplier": column("multiplier", float),
+            "count": column("count", int),
+            "fraction": column("fraction", float),
+            "fraction_low": ends[:, 0],
+            "fraction_high": ends[:, 1],
             "mirror": np.array(mirrors, dtype=int),
         }
 
@@ -244,22 +245,21 @@ def attractors(
     check_count("periods", periods, 2)
     check_count("threads", threads)
     row = np.array([[*parameters.to_dict().values()]])
-    settling = Settling(row, parameters.scene, threads)
+    known = KnownOrbits(row, parameters.scene, threads)
     total, orbits, status = len(states), list[Orbit | None](), Status.TIME_LIMIT
     found = Arrivals.begun(states)
 
     def report(done: int) -> None:
         # After the time limit no orbit is solved any more.
-        new = settling.cycles[0][len(orbits) :]
+        new = known.cycles[0][len(orbits) :]
         orbits.extend(closed_orbit(parameters, cycle) for cycle in new)
         if progress is not None:
             progress(done, total)
 
     with Watch(checked_seconds(max_seconds)):
-        settling.follow(np.zeros(total, np.intp), found, times, periods, report=report)
+        known.destination(np.zeros(total, np.intp), found, times, periods, report=report)
         status = Status.FINISHED
-    known, numbers = collected(found.numbers, orbits)
-    return Attractors(parameters, known, states, times, numbers, periods, status)
+    return Attractors(parameters, *collected(found.numbers, orbits), states, times, periods, status)
 
 
 def checked_starts(
@@ -278,13 +278,8 @@ def checked_starts(
     low, high = np.zeros(4), np.zeros(4)
     for name, ends in starts.items():
         check_one_of("starts", name, names)
-        pair = (ends, ends) if is_real(ends) else ends
-        if not (
-            isinstance(pair, Sequence | np.ndarray)
-            and len(pair) == 2
-            and all(is_real(end) and math.isfinite(end) for end in pair)
-            and pair[0] <= pair[1]
-        ):
+        pair: Any = [ends, ends] if is_real(ends) else ends
+        if np.shape(pair) != (2,) or not all(map(real, pair)) or pair[0] > pair[1]:
             raise InvalidInput(name, ends, "a finite number, or a pair (low, high)")
         low[names.index(name)], high[names.index(name)] = pair
     wide = np.flatnonzero(high > low)
@@ -301,12 +296,10 @@ def checked_starts(
 
 def closed_orbit(parameters: SceneParameters, cycle: Cycle) -> Orbit | None:
     """Orbit of a cycle, solved in its itinerary; None if that fails."""
-    state = cycle.states[0].tolist()
-    found = orbit_at(parameters, state, len(cycle.states))
-    if found is None:
-        settled = solve_orbit(parameters, state, 0.0, 2 * len(cycle.states) + 1)
-        found = settled if settled.success else None
-    return found
+    state, number = cycle.states[0].tolist(), len(cycle.states)
+    found = orbit_at(parameters, state, number)
+    settled = found or solve_orbit(parameters, state, 0.0, 2 * number + 1)
+    return settled if settled.success else None
 
 
 def collected(
@@ -316,47 +309,37 @@ def collected(
 
     Starts whose orbit is None get the number NONE.
     """
-    counts = np.bincount(numbers[numbers >= 0], minlength=len(orbits)).tolist()
-    order = sorted(range(len(orbits)), key=lambda i: -counts[i])
-    chosen = [(orbit, counts[i], i) for i in order if (orbit := orbits[i]) is not None]
+    counts = np.bincount(numbers[numbers >= 0], minlength=len(orbits))
+    order = [i for i in np.argsort(-counts, kind="stable").tolist() if orbits[i] is not None]
     rank, total = np.full(len(orbits) + 1, NONE), numbers.size  # NONE counts from the end
-    rank[[i for *_, i in chosen]] = np.arange(len(chosen))
-    images = mirrors([orbit for orbit, *_ in chosen])
+    rank[order] = np.arange(len(order))
+    chosen = [orbit for i in order if (orbit := orbits[i]) is not None]
     found = tuple(
         Attractor(orbit, count, count / total, interval(count, total), image)
-        for (orbit, count, _), image in zip(chosen, images, strict=True)
+        for orbit, count, image in zip(chosen, counts[order].tolist(), mirrors(chosen), strict=True)
     )
     return found, rank[numbers].astype(np.int16)
 
 
 def interval(count: int, total: int) -> tuple[float, float]:
-    """Clopper-Pearson interval of a fraction, from the count of its starts."""
-    ends = package("scipy.stats").binomtest(count, total).proportion_ci(_SHARE)
-    return float(ends.low), float(ends.high)
+    """95 % Clopper-Pearson interval of a fraction, from the count of its starts."""
+    inverse = package("scipy.special").betaincinv
+    low = inverse(count, total - count + 1, 0.025) if count else 0.0
+    high = inverse(count + 1, total - count, 0.975) if count < total else 1.0
+    return float(low), float(high)
 
 
 def mirrors(orbits: Sequence[Orbit]) -> list[int | None]:
     """Number of each orbit's mirror image among the orbits; None if it is missing."""
     if not orbits or not symmetric(orbits[0].parameters):
         return [None] * len(orbits)
-    cycles = [Cycle(stroboscopic(orbit), 0.0) for orbit in orbits]
-    found = list[int | None]()
-    for orbit, own in zip(orbits, cycles, strict=True):
-        half, length = orbit.parameters.period / 2, orbit.itinerary.period_number
-        # At phase 0 the image is the reversed orbit of half a period later.
-        image = -stroboscopic(orbit, half)
-        near = _MIRRORED * (1 + abs(own.states).max())
-        found.append(
-            next(
-                (
-                    k
-                    for k, other in enumerate(cycles)
-                    if len(other.states) == length and other.distance(image).max() <= near
-                ),
-                None,
-            )
-        )
-    return found
+    cycles, half = [stroboscopic(orbit) for orbit in orbits], orbits[0].parameters.period / 2
+    # At phase 0 the image is the reversed orbit of half a period later.
+    images = [Cycle(-stroboscopic(orbit, half), 0.0) for orbit in orbits]
+    return [
+        next((k for k, states in enumerate(cycles) if image.same(Cycle(states, 0.0))), None)
+        for image in images
+    ]
 
 
 def shown_itinerary(orbit: Orbit) -> str:

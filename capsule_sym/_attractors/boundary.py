@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._attractors.destinations import settling_of
+from capsule_sym._attractors.destinations import Arrivals, known_orbits
 from capsule_sym._attractors.neighbourhoods import NONE, run_rows
-from capsule_sym._attractors.settling import Arrivals
 from capsule_sym._map.many import Trajectories
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -46,7 +45,7 @@ class Basin:
     """
 
     def __init__(self, orbit: Orbit, others: Sequence[Orbit], periods: int | None) -> None:
-        self.known = settling_of([orbit, *others], share=SHARE)
+        self.known = known_orbits([orbit, *others], share=SHARE)
         self.orbit, self.marks = whole_orbit(orbit), self.known.cycles[0][0].states
         slow = _DIGITS * len(self.marks) / -math.log(max(abs(orbit.multipliers[0]), 1e-3))
         self.periods = math.ceil(_PERIODS + slow) if periods is None else periods
@@ -85,7 +84,7 @@ class Basin:
             found[left], open_ = done, (apart > self.near) & run.success
             left, ends, phases = left[open_], run.states[open_], np.zeros(int(open_.sum()))
         groups, most = np.zeros(len(ends), np.intp), max(2, self.patience - done)
-        came = self.known.follow(groups, Arrivals.begun(ends), phases, most)
+        came = self.known.destination(groups, Arrivals.begun(ends), phases, most)
         stays = came.repeats | (came.periods >= most - 1)
         gone = (came.numbers > 0) | ((came.numbers == NONE) & stays)
         found[left] = np.where(gone, np.inf, done + came.periods)

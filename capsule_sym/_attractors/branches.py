@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.attractors import closed_orbit, shown_itinerary
-from capsule_sym._attractors.settling import Cycle
+from capsule_sym._attractors.destinations import Cycle
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields, plain, record

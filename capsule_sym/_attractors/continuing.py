@@ -23,8 +23,8 @@ from capsule_sym._attractors.branches import (
     placed_at,
     row_at,
 )
+from capsule_sym._attractors.destinations import Arrivals, Cycle, KnownOrbits
 from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
-from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._native import Watch, check_time, core_of, present
@@ -143,13 +143,13 @@ def continue_attractors(
             "values", len(grid), f"at most {counted(_MOST_RUNS // len(states), 'value')}"
         )
     rows = np.array([row_at(path, parameters, value) for value in grid])
-    settling = Settling(rows, parameters.scene, threads)
+    settling = KnownOrbits(rows, parameters.scene, threads)
     following = _Following(parameters, path, grid, settling)
     groups = np.repeat(np.arange(len(grid)), len(states))
     runs = Arrivals.begun(np.tile(states, (len(grid), 1)))
     status = Status.TIME_LIMIT
     with Watch(checked_seconds(max_seconds)):
-        following.settling.follow(
+        following.settling.destination(
             groups,
             runs,
             np.tile(times, len(grid)),
@@ -177,7 +177,7 @@ class _Following:
     """Orbits at all values, and their identity between neighbouring values."""
 
     def __init__(
-        self, base: SceneParameters, path: ParameterPath, values: Vector, settling: Settling
+        self, base: SceneParameters, path: ParameterPath, values: Vector, settling: KnownOrbits
     ) -> None:
         self.base, self.path, self.values, self.settling = base, path, values, settling
         # By side, 1 or -1: the orbit at the next value, or the reason why there is none.
@@ -287,10 +287,7 @@ class _Following:
     def _join(self, cell: _Cell, cycle: Cycle, side: int) -> None:
         """Identify an orbit at the next value with the attractor here."""
         row = cell[0] + side
-        number = self.settling.number(row, cycle)
-        if number == NONE:
-            number = len(self.settling.cycles[row])
-            self.settling.add([(row, cycle)])
+        (number,) = self.settling.numbered([row], [cycle])
         other = (row, number)
         if other not in self.next[-side]:
             self.next[side][cell], self.next[-side][other] = other, cell

@@ -1,24 +1,296 @@
-"""Assignment of starts to known attractors."""
+"""Destinations of starts: runs of many starts at many parameter sets, until each has settled.
+
+A run has arrived at an orbit once it is within a neighbourhood that the map carries into itself.
+Unknown orbits are solved by Newton's method from ends of runs that nearly repeat.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._attractors.neighbourhoods import NEUTRAL, Neighbourhoods, stroboscopic
-from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
+from capsule_sym._arrays import Vector
+from capsule_sym._attractors.neighbourhoods import (
+    NONE,
+    NOWHERE,
+    Neighbourhoods,
+    axes_about,
+    close_many,
+    run_rows,
+    stroboscopic,
+)
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.checks import check_count
 from capsule_sym._map.many import spread
-from capsule_sym._map.result import brief
+from capsule_sym._map.result import brief, by_fields
+from capsule_sym._map.steady import LONGEST
+from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
+from capsule_sym._parameters import Scene
 
 MOST = 8192
 """Largest number of excitation periods of a run."""
+NEUTRAL = 1e-9
+"""Distance below 1 of a multiplier within rounding."""
+# The following are distances over 1 + the largest entry of the states.
+_REPEATED, _SETTLED = 1e-12, 1e-9  # change of a run that has settled: within rounding; at its end
+_ROUNDING = 1e-11  # changes that rounding may put in any order
+_NEARLY = 1e-3  # change of a run that may be near to an orbit
+_NEAR, _WITHIN = 1e-2, 0.1  # distance of an orbit from its guess; of one that is then approached
+_SAME = 1e-8  # distance of equal orbits
+_BLOCK = 4096  # runs that are followed together, and kept at a time limit: some seconds of work
+
+
+class Cycle(NamedTuple):
+    """Stable closed orbit: its states at phase 0, (period_number, 3), and largest multiplier."""
+
+    states: Vector
+    multiplier: float
+
+    def distance(self, states: Vector) -> Vector:
+        """Distance of each state, (n, 3), from the nearest one of the orbit, (n,)."""
+        each = [abs(states - state).max(axis=1) for state in self.states]
+        return np.asarray(np.min(each, axis=0))
+
+    def same(self, other: Cycle) -> bool:
+        """True if both are the same orbit."""
+        scale = _SAME * (1 + abs(self.states).max())
+        alike = self.states.shape == other.states.shape
+        return alike and bool(self.distance(other.states).max() <= scale)
+
+
+class Arrivals(NamedTuple):
+    """Attractors reached by n runs, with their final states; each array has one row a run."""
+
+    numbers: NDArray[np.int16]
+    """Number of the attractor, NONE if it is an unknown one or none is reached."""
+    repeats: NDArray[np.bool_]
+    """True for a run that repeats itself on an unknown attractor."""
+    states: Vector
+    """Final states of the runs at phase 0, (n, 3)."""
+    periods: NDArray[np.int64]
+    """Excitation periods of each run."""
+
+    def __repr__(self) -> str:
+        return by_fields(self)
+
+    @classmethod
+    def begun(cls, states: Vector) -> Arrivals:
+        """Arrivals before the first period: no attractor yet, states (n, 3) of the starts."""
+        n = len(states)
+        numbers = np.full(n, NONE, np.int16)
+        return cls(numbers, np.zeros(n, bool), states.copy(), np.zeros(n, np.int64))
+
+
+class KnownOrbits:
+    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`.
+
+    Runs that are followed together take at most a `share` of the time left. Runs that the core
+    cannot decide may need more: they end without an attractor.
+    """
+
+    def __init__(self, rows: Vector, scene: Scene, threads: int = 1, share: float = 1.0) -> None:
+        self.rows, self.scene, self.threads, self.share = rows, scene, threads, share
+        self.cycles: list[list[Cycle]] = [[] for _ in rows]
+        self.near: list[Neighbourhoods] = [NOWHERE for _ in rows]
+
+    def numbered(self, groups: Sequence[int], cycles: Sequence[Cycle | None]) -> list[int]:
+        """Number of each orbit among those of its row; unknown ones are added. NONE for None."""
+        numbers, new = list[int](), list[tuple[int, int, Cycle]]()
+        for row, cycle in zip(groups, cycles, strict=True):
+            if cycle is None:
+                numbers.append(NONE)
+                continue
+            known = self.cycles[row]
+            same = (k for k, one in enumerate(known) if one.same(cycle))
+            numbers.append(next(same, len(known)))
+            if numbers[-1] == len(known):
+                new.append((row, len(known), cycle))
+                known.append(cycle)
+        if new:
+            self._surround(new)
+        return numbers
+
+    def _surround(self, new: Sequence[tuple[int, int, Cycle]]) -> None:
+        """Find the neighbourhoods of new orbits, each with its row and number there."""
+        counts = [len(cycle.states) for *_, cycle in new]
+        rows, owners = np.repeat([[row, number] for row, number, _ in new], counts, axis=0).T
+        states = np.concatenate([cycle.states for *_, cycle in new])
+        of = self.rows[rows], states, np.repeat(counts, counts), self.scene, self.threads
+        axes = axes_about(*of)
+        for row in np.unique(rows).tolist():
+            here, old = rows == row, self.near[row]
+            self.near[row] = Neighbourhoods(
+                np.append(old.centres, states[here], axis=0),
+                np.append(old.axes, axes[here], axis=0),
+                np.append(old.owners, owners[here]),
+            )
+
+    def inside(self, groups: NDArray[np.intp], states: Vector) -> NDArray[np.int16]:
+        """Number of the orbit in whose neighbourhood each state is, at its row, (n,)."""
+        numbers = np.full(len(states), NONE, np.int16)
+        for row in np.unique(groups).tolist():
+            here = np.flatnonzero(groups == row)
+            numbers[here] = self.near[row].contain(states[here])
+        return numbers
+
+    def destination(
+        self,
+        groups: NDArray[np.intp],
+        runs: Arrivals,
+        phases: ArrayLike,
+        periods: int,
+        *,
+        find: bool = True,
+        hopeful: bool = False,
+        report: Callable[[int], object] | None = None,
+    ) -> Arrivals:
+        """Continue n runs until they have arrived, for at most so many excitation periods.
+
+        `groups`, (n,), is the row of each run's parameters, `phases` are those of the starts. With
+        `find` unknown orbits are solved and added. Only runs at rows with a known orbit are
+        continued after the first look if `hopeful`; it looks farther for orbits. `report` is called
+        with the number of runs that are over. Raises TimeUp if the present watch is over; the runs
+        keep their last states.
+        """
+        times = spread("phases", phases, (len(runs.states),)).copy()
+        numbers, repeats, ends, passed = runs
+        for first in range(0, len(times), _BLOCK):
+            last, done, length = min(first + _BLOCK, len(times)), 0, min(2 * LONGEST, periods)
+            left = np.arange(first, last)
+            while left.size and length > 1:
+                check_time()
+                # All states of the last periods are kept, to detect repetition.
+                begin = self.rows[groups[left]], ends[left], times[left]
+                good, marks = self._marks(*begin, length)
+                left, done = left[good], done + length
+                ends[left], times[left], passed[left] = marks[:, -1], 0.0, done
+                change, guess = _changes(marks)
+                at_rest = change <= (_REPEATED if done < periods else _SETTLED)
+                if find:
+                    guess[~(at_rest | (change <= _NEARLY) | hopeful)] = 0
+                    near = _WITHIN if hopeful else _NEAR
+                    numbers[left] = self.identify(groups[left], ends[left], guess, at_rest, near)
+                else:
+                    numbers[left] = self.inside(groups[left], ends[left])
+                open_ = numbers[left] == NONE
+                repeats[left] = open_ & at_rest
+                left = left[open_ & ~at_rest]
+                if hopeful:
+                    left = left[[bool(self.cycles[row]) for row in groups[left].tolist()]]
+                length = min(2 * length, periods - done)
+                if report is not None:
+                    report(last - left.size)
+        return runs
+
+    def identify(
+        self,
+        groups: NDArray[np.intp],
+        ends: Vector,
+        periods: NDArray[Any],
+        settled: NDArray[np.bool_],
+        near: float = _NEAR,
+    ) -> NDArray[np.int16]:
+        """Numbers of the orbits on which runs end, (n, 3); unknown orbits are solved and added.
+
+        The runs repeat themselves after `periods`, (n,), or never if it is 0. Ends outside the
+        known neighbourhoods are closed by Newton's method, of each row first one, then twice as
+        many each time: most of the others are in the neighbourhoods of the first orbits. An end
+        that is not `settled` is numbered only within a neighbourhood. Ends without a stable orbit
+        have the number NONE.
+        """
+        numbers, most = self.inside(groups, ends), 1
+        left = np.flatnonzero((numbers == NONE) & (periods > 0))
+        left = left[np.argsort(groups[left], kind="stable")]
+        while left.size:
+            check_time()
+            rows = groups[left]
+            first = np.arange(left.size) - np.searchsorted(rows, rows) < most
+            chosen, left, most = left[first], left[~first], 2 * most
+            cycles = self.closed(groups[chosen], ends[chosen], periods[chosen], near)
+            found = self.numbered(groups[chosen].tolist(), cycles)
+            numbers[chosen] = np.where(
+                settled[chosen], found, self.inside(groups[chosen], ends[chosen])
+            )
+            numbers[left] = self.inside(groups[left], ends[left])
+            left = left[numbers[left] == NONE]
+        return numbers
+
+    def closed(
+        self, groups: NDArray[np.intp], states: Vector, periods: NDArray[Any], near: float = _NEAR
+    ) -> list[Cycle | None]:
+        """Stable orbits that Newton's method finds near states at phase 0, None for none."""
+        rows = self.rows[groups]
+        found = close_many(rows, states, periods, self.scene, self.threads)
+        multipliers, scales = found.multipliers, 1 + abs(states).max(axis=1)
+        apart = abs(found.states - states).max(axis=1)
+        good = np.flatnonzero((multipliers < 1 - NEUTRAL) & (apart <= near * scales))
+        cycles: list[Cycle | None] = [None] * len(states)
+        for number in np.unique(periods[good]).tolist():
+            these = good[periods[good] == number]
+            given = rows[these], found.states[these], 0.0, number, self.scene, self.threads
+            runs = run_rows(*given, "stroboscopic")
+            for i, at in enumerate(these.tolist()):
+                if runs.success[i]:
+                    cycles[at] = _once(runs[i], number, float(multipliers[at]), scales[at])
+        return cycles
+
+    def _marks(
+        self, rows: Vector, states: Vector, phases: ArrayLike, periods: int
+    ) -> tuple[NDArray[np.intp], Vector]:
+        """Indices of runs that succeed, and their states at the last marks, (n, marks, 3)."""
+        short, of = min(LONGEST, periods - 1), (self.scene, self.threads)
+        run = run_rows(rows, states, phases, periods - short, *of, share=self.share)
+        good = np.flatnonzero(run.success)
+        begin = rows[good], run.states[good], 0.0
+        run = run_rows(*begin, short, *of, "stroboscopic", self.share)
+        marks = run.kept[np.repeat(run.success, np.diff(run.offsets))]
+        return good[run.success], marks.reshape(-1, short + 1, 3)
+
+
+def _changes(marks: Vector) -> tuple[Vector, NDArray[np.intp]]:
+    """Least change of runs over some periods, relative to their size, and the periods; (n,)."""
+    change = abs(marks[:, -2::-1] - marks[:, -1:]).max(axis=2)
+    change /= 1 + abs(marks).max(axis=(1, 2))[:, None]
+    least = change.min(axis=1)
+    # For a settled run rounding decides after which number of turns it is nearest.
+    guess = 1 + (change <= np.maximum(2 * least, _ROUNDING)[:, None]).argmax(axis=1)
+    return least, guess
+
+
+def _once(marks: Vector, number: int, multiplier: float, scale: float) -> Cycle | None:
+    """Orbit from its marks over so many periods, or over a divisor after which it repeats."""
+    for part in range(1, number + 1):
+        if not number % part and abs(marks[part] - marks[0]).max() <= _SAME * scale:
+            return Cycle(marks[:part].copy(), multiplier ** (part / number))
+    return None
+
+
+def known_orbits(orbits: Sequence[Orbit], threads: int = 1, share: float = 1.0) -> KnownOrbits:
+    """Stable orbits of one parameter set, in this order.
+
+    Raises InvalidInput as `Destinations` does.
+    """
+    if not orbits:
+        raise InvalidInput("orbits", orbits, "one orbit or more")
+    for orbit in orbits:
+        if not orbit.success or not abs(orbit.multipliers[0]) < 1 - NEUTRAL:
+            raise InvalidInput("orbits", orbit, "stable periodic orbits")
+        if orbit.parameters != orbits[0].parameters:
+            raise InvalidInput("orbits", orbit, "orbits at the same parameters")
+    row = [[*orbits[0].parameters.to_dict().values()]]
+    found = KnownOrbits(np.array(row), orbits[0].scene, threads, share)
+    cycles = [
+        Cycle(stroboscopic(whole_orbit(orbit)), float(abs(orbit.multipliers[0])))
+        for orbit in orbits
+    ]
+    found.numbered([0] * len(cycles), cycles)
+    return found
 
 
 @checked
@@ -31,14 +303,14 @@ class Destinations:
     """
 
     def __init__(self, orbits: Sequence[Orbit], *, threads: int = 1) -> None:
-        self._settling = settling_of(orbits, threads)
+        self._known = known_orbits(orbits, threads)
         self.orbits = tuple(whole_orbit(orbit) for orbit in orbits)
-        self.states = tuple(cycle.states for cycle in self._settling.cycles[0])
+        self.states = tuple(cycle.states for cycle in self._known.cycles[0])
 
     @property
     def neighbourhoods(self) -> Neighbourhoods:
         """Neighbourhoods of the attractors' states within which a run has arrived."""
-        return self._settling.near[0]
+        return self._known.near[0]
 
     def __repr__(self) -> str:
         return brief(self, counted(len(self.states), "attractor"))
@@ -65,24 +337,4 @@ class Destinations:
         starts = np.atleast_2d(np.asarray(states, dtype=float))
         starts = spread("states", starts, (len(starts), 3))
         groups = np.zeros(len(starts), np.intp)
-        return self._settling.follow(groups, Arrivals.begun(starts), phases, periods, find=False)
-
-
-def settling_of(orbits: Sequence[Orbit], threads: int = 1, share: float = 1.0) -> Settling:
-    """Runs at the parameters of stable orbits, with the orbits known, in this order.
-
-    Raises InvalidInput as `Destinations` does.
-    """
-    if not orbits:
-        raise InvalidInput("orbits", orbits, "one orbit or more")
-    for orbit in orbits:
-        if not orbit.success or not abs(orbit.multipliers[0]) < 1 - NEUTRAL:
-            raise InvalidInput("orbits", orbit, "stable periodic orbits")
-        if orbit.parameters != orbits[0].parameters:
-            raise InvalidInput("orbits", orbit, "orbits at the same parameters")
-    row = [[*orbits[0].parameters.to_dict().values()]]
-    found = Settling(np.array(row), orbits[0].scene, threads, share)
-    largest = (float(abs(orbit.multipliers[0])) for orbit in orbits)
-    states = (stroboscopic(whole_orbit(orbit)) for orbit in orbits)
-    found.add([(0, Cycle(*one)) for one in zip(states, largest, strict=True)])
-    return found
+        return self._known.destination(groups, Arrivals.begun(starts), phases, periods, find=False)

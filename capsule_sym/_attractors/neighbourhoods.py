@@ -20,47 +20,87 @@ from capsule_sym._map.many import Trajectories, simulate_many
 from capsule_sym._native import check_time, core_of, present
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.stability import jacobian
 from capsule_sym._parameters import Scene
 
 NONE = -1
 """Number of a start that leads to none of the attractors."""
 
-_SHELLS = 4.0 ** -np.arange(1, 13)  # radii in units of the orbit's size
+_SHELLS = 4.0 ** -np.arange(1, 13)  # radii over the orbit's size: from its quarter down to rounding
 _DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
 _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1)[:, None]
 # A plane nearer to the centre than this share of a shell's radius cuts off more than a third of
 # the shell, and so some of the directions: another itinerary there is detected.
 _INSIDE = 0.25
-# Turns of a cycle after which shells have shrunk: one, unless M is not the derivative on all
-# sides, such as where the drive's edge ends a stick at phase 0.
-_TURNS = (1, 2, 4, 8, 16, 32)
-NEUTRAL = 1e-9  # distance below 1 of a multiplier within rounding
 _MOST_OPEN = 100  # segments of a run that the core may fail to decide, before it counts as unknown
-_AT_ONCE = 10**5  # distances that are computed together
 
 
 class Neighbourhoods(NamedTuple):
     """Ellipsoids |(x - centre) @ axes| <= 1 about m states that the map carries into themselves.
 
-    If none was found the `axes`, (m, 3, 3), are infinite.
+    If none was found the `axes`, (m, 3, 3), are infinite. `owners`, (m,), are numbers of orbits.
     """
 
     centres: Vector
     axes: Vector
+    owners: NDArray[np.intp]
 
-    def contain(self, states: Vector) -> NDArray[np.intp]:
-        """Index of the ellipsoid that contains each state, (n, 3), NONE if none does; (n,)."""
-        found = np.full(len(states), NONE)
-        count = _AT_ONCE // max(1, len(self.centres))
-        for first in range(0, len(states) if len(self.centres) else 0, count):
-            apart = (states[first : first + count, None] - self.centres)[:, :, None]
-            with np.errstate(invalid="ignore"):
-                distance = np.linalg.norm((apart @ self.axes)[:, :, 0], axis=2)
-            distance = np.where(np.isnan(distance), np.inf, distance)
-            nearest, inside = distance.argmin(axis=1), distance.min(axis=1) <= 1
-            found[first : first + count][inside] = nearest[inside]
+    def contain(self, states: Vector) -> NDArray[np.int16]:
+        """Owner of the innermost ellipsoid about each state, (n, 3), NONE without one; (n,)."""
+        found, least = np.full(len(states), NONE, np.int16), np.ones(len(states))
+        for centre, axes, owner in zip(*self, strict=True):
+            with np.errstate(invalid="ignore"):  # infinite axes: nan is inside of nothing
+                distance = np.linalg.norm((states - centre) @ axes, axis=1)
+            inside = distance <= least
+            found[inside], least[inside] = owner, distance[inside]
         return found
+
+
+NOWHERE = Neighbourhoods(np.empty((0, 3)), np.empty((0, 3, 3)), np.empty(0, np.intp))
+"""No neighbourhoods."""
+
+
+class Closings(NamedTuple):
+    """Orbits that Newton's method finds: states, monodromy matrices, derivatives by parameters."""
+
+    states: Vector
+    monodromies: Vector
+    by_parameter: Vector
+
+    @property
+    def found(self) -> NDArray[np.bool_]:
+        """True where an orbit with its derivative is found, (n,)."""
+        return np.asarray(np.isfinite(self.monodromies).all(axis=(1, 2)))
+
+    @property
+    def multipliers(self) -> Vector:
+        """Largest modulus of the Floquet multipliers, (n,); nan where no orbit is found."""
+        largest, found = np.full(len(self.states), np.nan), self.found
+        largest[found] = abs(np.linalg.eigvals(self.monodromies[found])).max(axis=1, initial=0.0)
+        return largest
+
+
+def close_many(
+    rows: Vector, states: Vector, periods: NDArray[Any], scene: Scene, threads: int = 1
+) -> Closings:
+    """Orbits of so many periods near states at phase 0, (n, 3), with or without the core."""
+    count = len(rows)
+    if core_of(scene) is not None:
+        many = performance_many(
+            rows, states, periods, energies=False, forces=False, threads=threads, scene=scene
+        )
+        # Orbits of fewer periods have the status "changed" too: their marks decide.
+        matrices = many.records["monodromy"].reshape(-1, 3, 3).copy()
+        return Closings(many.states.copy(), matrices, many.by_parameter)
+    found, matrices = np.full((count, 3), np.nan), np.full((count, 3, 3), np.nan)
+    for i, number in enumerate(periods.tolist()):
+        parameters = scene.Parameters(*rows[i].tolist())
+        orbit = orbit_at(parameters, states[i].tolist(), number)
+        if orbit is not None:
+            found[i] = stroboscopic(orbit)[0]
+            matrices[i] = jacobian(simulate(parameters, found[i].tolist(), periods=number))
+    return Closings(found, matrices, np.full((count, 3, rows.shape[1]), np.nan))
 
 
 def run_rows(
@@ -79,79 +119,61 @@ def run_rows(
     """
     check_time()
     left = share * present().left
-    found = simulate_many(
-        rows,
-        states,
-        phases,
-        periods,
-        keep=keep,
-        max_seconds=left,
-        max_open=_MOST_OPEN,
-        threads=threads,
-        scene=scene,
-    )
+    of: dict[str, Any] = {"max_seconds": left, "max_open": _MOST_OPEN, "threads": threads}
+    found = simulate_many(rows, states, phases, periods, keep=keep, scene=scene, **of)
     check_time()
     return found
 
 
-def neighbourhoods(
+def axes_about(
     rows: Vector, centres: Vector, periods: NDArray[Any], scene: Scene, threads: int = 1
-) -> Neighbourhoods:
-    """Ellipsoids about states of stable cycles that the map carries into themselves.
+) -> Vector:
+    """Axes, (m, 3, 3), of ellipsoids about states of stable cycles, as in `Neighbourhoods`.
 
     `centres`, (m, 3), are states at phase 0 of cycles of `periods`, (m,), at the parameters `rows`,
     (m, k).
     """
-    shapes, shrink = _norms(_monodromies(rows, centres, periods, scene))
-    sizes = 1 + abs(centres).max(axis=1)
-    # Scale so that the ellipsoid of radius 1 is within a ball of radius 1.
-    unit = np.linalg.norm(np.linalg.inv(shapes), ord=2, axis=(1, 2))
-    shapes = shapes * unit[:, None, None]
+    closings = close_many(rows, centres, periods, scene, threads)
+    monodromies = closings.monodromies
+    for i in np.flatnonzero(~closings.found).tolist():
+        run = simulate(scene.Parameters(*rows[i]), centres[i].tolist(), periods=int(periods[i]))
+        monodromies[i] = jacobian(run)
+    shapes, shrink = _norms(monodromies)
     steps = _DIRECTIONS @ np.linalg.inv(shapes)  # (m, directions, 3)
-    reach = _SHELLS * sizes[:, None]  # (m, shells)
+    reach = _SHELLS * (1 + abs(centres).max(axis=1))[:, None]  # (m, shells)
     starts = centres[:, None, None] + reach[:, :, None, None] * steps[:, None]
     radius = np.zeros(len(rows))
-    for turns in _TURNS:
+    # The shells have shrunk after one turn, unless M is not the derivative on all sides, such as
+    # where the drive's edge ends a stick at phase 0.
+    for turns in (1, 2, 4, 8, 16, 32):
         for number in np.unique(periods[radius == 0]).tolist():
             these = np.flatnonzero((periods == number) & (radius == 0))
-            of = np.repeat(rows[these], starts[0, :, :, 0].size, axis=0)
             begin = starts[these].reshape(-1, 3)
-            given = of, begin, 0.0, turns * number, scene, threads
-            ends = run_rows(*given).states
+            of = rows[these].repeat(len(begin) // len(these), axis=0)
+            ends = run_rows(of, begin, 0.0, turns * number, scene, threads).states
             apart = ends.reshape(starts[these].shape) - centres[these, None, None]
             far = np.linalg.norm(apart @ shapes[these, None], axis=3).max(axis=2)
             inward = far <= shrink[these, None] * reach[these]
             inward = np.logical_and.accumulate(inward[:, ::-1], axis=1)[:, ::-1]  # on all smaller
             radius[these] = np.where(inward, reach[these], 0).max(axis=1) * _INSIDE
     with np.errstate(divide="ignore", invalid="ignore"):
-        return Neighbourhoods(centres, shapes / radius[:, None, None])
+        return np.asarray(shapes / radius[:, None, None])
 
 
-def _norms(matrices: Vector) -> tuple[Vector, Vector]:
+def _norms(monodromies: Vector) -> tuple[Vector, Vector]:
     """Matrices B (m, 3, 3) with |x M^T B| <= q |x B|, and shrinking factors for the map, (m,).
 
-    The factors are half-way from q to 1.
+    The ellipsoid |x B| <= 1 is within the ball of radius 1. The factors are half-way from q to 1,
+    and 0 for an unstable cycle.
     """
-    largest = abs(np.linalg.eigvals(matrices)).max(axis=1)
-    q = (1 + np.minimum(largest, 1)) / 2
-    shapes, eye = np.tile(np.eye(3), (len(matrices), 1, 1)), np.eye(9)
-    for i in np.flatnonzero(largest < 1).tolist():
-        scaled = matrices[i].T / q[i]
-        p = np.linalg.solve(eye - np.kron(scaled, scaled), np.eye(3).ravel()).reshape(3, 3)
-        shapes[i] = np.linalg.cholesky((p + p.T) / 2)
-    return shapes, np.where(largest < 1, (1 + q) / 2, 0.0)
-
-
-def _monodromies(rows: Vector, centres: Vector, periods: NDArray[Any], scene: Scene) -> Vector:
-    """Monodromy matrices (m, 3, 3) of cycles at phase 0."""
-    found = np.full((len(rows), 3, 3), np.nan)
-    if core_of(scene) is not None:
-        of = performance_many(rows, centres, periods, energies=False, forces=False, scene=scene)
-        found = of.records["monodromy"].reshape(-1, 3, 3).copy()
-    for i in np.flatnonzero(~np.isfinite(found).all(axis=(1, 2))).tolist():
-        parameters = scene.Parameters(*rows[i].tolist())
-        found[i] = jacobian(simulate(parameters, centres[i].tolist(), periods=int(periods[i])))
-    return found
+    largest = abs(np.linalg.eigvals(monodromies)).max(axis=1)
+    stable, q = largest < 1, (1 + largest) / 2
+    scaled = np.where(stable, 1 / q, 0.0)[:, None, None] * monodromies.transpose(0, 2, 1)
+    squared = np.einsum("mij,mkl->mikjl", scaled, scaled).reshape(-1, 9, 9)
+    p = np.linalg.solve(np.eye(9) - squared, np.eye(3).reshape(9, 1)).reshape(-1, 3, 3)
+    shapes = np.linalg.cholesky((p + p.transpose(0, 2, 1)) / 2)
+    unit = np.linalg.norm(np.linalg.inv(shapes), ord=2, axis=(1, 2))
+    return shapes * unit[:, None, None], np.where(stable, (1 + q) / 2, 0.0)
 
 
 def stroboscopic(orbit: Orbit, phase: float = 0.0) -> Vector:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import SHARE
-from capsule_sym._attractors.neighbourhoods import NEUTRAL, run_rows
+from capsule_sym._attractors.destinations import NEUTRAL, Arrivals, KnownOrbits
+from capsule_sym._attractors.neighbourhoods import run_rows
 from capsule_sym._attractors.pulse import Interval, pulsed
-from capsule_sym._attractors.settling import Arrivals, Settling
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_start, checked_ends
 from capsule_sym._orbits.continuation.branches.continuing import continue_straight
@@ -38,7 +38,7 @@ _END = 1  # number of the end attractor among the known ones
 class Case(NamedTuple):
     """Pulses at one end of the tolerances."""
 
-    known: Settling
+    known: KnownOrbits
     """Attractors there: that of the start, that of the end, and those that runs have reached."""
     starts: Vector
     """States at phase 0 of the attractor at the start, (period number, 3)."""
@@ -56,7 +56,7 @@ class Case(NamedTuple):
         rate = -math.log(min(max(self.known.cycles[0][_END].multiplier, 1e-3), 1 - 1e-9))
         longest = _SETTLING + math.ceil(_DIGITS * len(self.known.cycles[0][_END].states) / rate)
         row = np.zeros(len(values), np.intp)
-        found = self.known.follow(row, Arrivals.begun(after.states), 0.0, longest).numbers
+        found = self.known.destination(row, Arrivals.begun(after.states), 0.0, longest).numbers
         return np.where(after.success, found, -1)
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from capsule_sym._attractors.boundary import SHARE
-from capsule_sym._attractors.destinations import settling_of
+from capsule_sym._attractors.destinations import known_orbits
 from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWindow, pulsed, unit_of
 from capsule_sym._attractors.pulse_search import AttractorLost, Case, carried, checked, intervals
@@ -215,7 +215,7 @@ class _Search:
         system = self.system.replace(**changed)
         there = dimensionless(system)
         both = [carried(one, there, factors) for one in (self.start, self.end)]
-        known = settling_of(both, share=SHARE)
+        known = known_orbits(both, share=SHARE)
         starts, marks = stroboscopic(self.start), known.cycles[0][0].states
         # The periods are numbered as those of the start.
         shifts = range(len(starts))

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from capsule_sym._arguments import checked
 from capsule_sym._attractors.attractors import Attractor, closed_orbit, collected
+from capsule_sym._attractors.destinations import KnownOrbits
 from capsule_sym._attractors.neighbourhoods import NONE
-from capsule_sym._attractors.settling import Settling
 from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import SceneParameters
 from capsule_sym._sweeps.axes import START
@@ -126,8 +126,8 @@ def identify(parameters: SceneParameters, results: xr.Dataset) -> Basins:
     periods = results["period_number"].values.ravel()
     ends = results["final"].values.reshape(-1, 3)
     row = np.array([[*parameters.to_dict().values()]])
-    settling = Settling(row, parameters.scene)
-    found = settling.identify(np.zeros(len(ends), np.intp), ends, periods)
-    orbits = [closed_orbit(parameters, cycle) for cycle in settling.cycles[0]]
+    known, settled = KnownOrbits(row, parameters.scene), np.ones(len(ends), bool)
+    found = known.identify(np.zeros(len(ends), np.intp), ends, periods, settled)
+    orbits = [closed_orbit(parameters, cycle) for cycle in known.cycles[0]]
     table, numbers = collected(found, orbits)
     return Basins(table, numbers.reshape(results["outcome"].shape))

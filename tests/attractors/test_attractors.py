@@ -123,7 +123,7 @@ def test_bad_input_is_refused(starts, how, named):
 
 
 def test_what_is_done_of_many_starts_is_kept_where_the_work_is_stopped(monkeypatch):
-    monkeypatch.setattr("capsule_sym._attractors.settling._BLOCK", 16)
+    monkeypatch.setattr("capsule_sym._attractors.destinations._BLOCK", 16)
     whole = cs.attractors(BISTABLE, BOX, count=64)
 
     def stop(done, total):

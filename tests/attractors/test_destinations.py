@@ -74,7 +74,7 @@ def test_states_within_a_neighbourhood_come_to_the_attractor(parameters):
             within = random.normal(size=(20, 3))
             within /= np.linalg.norm(within, axis=1)[:, None]
             starts = state + within @ np.linalg.inv(found.neighbourhoods.axes[at]) * 0.999
-            assert (found.neighbourhoods.contain(starts) == at).all()
+            assert (found.neighbourhoods.contain(starts) == owner).all()
             run = cs.simulate_many([parameters] * 20, starts, periods=300)
             assert [nearest(orbits, end) for end in run.states] == [owner] * 20
 

@@ -8,7 +8,7 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._attractors.boundary import Basin
-from capsule_sym._attractors.settling import Settling
+from capsule_sym._attractors.destinations import KnownOrbits
 
 BISTABLE = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
 # Two motions of two excitation periods and of one.
@@ -156,7 +156,7 @@ def test_runs_return_are_lost_or_are_left_open(monkeypatch: pytest.MonkeyPatch) 
     assert not basin.stays_lost(times[[back.index(True)]], states[[back.index(True)]])
     assert basin.patience == min(4 * before, basin.periods)
     cut = lambda *given: (np.empty(0, int), np.empty((0, 2, 3)))  # noqa: E731
-    monkeypatch.setattr(Settling, "_marks", cut)
+    monkeypatch.setattr(KnownOrbits, "_marks", cut)
     basin.near = 0.0
     assert not basin.lost(times, states).any()
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from capsule_sym import Axis, InvalidInput, Parameters, Sweep, open_results, run_basin, simulate
-from capsule_sym._attractors.settling import Settling
 from capsule_sym._native import check_time, present
 from capsule_sym._sweeps.itineraries import NotSolved, code, orbit_at_end
 
@@ -67,7 +66,7 @@ def test_a_basin_whose_time_is_over_among_its_attractors_goes_on(tmp_path, monke
         check_time()
 
     with monkeypatch.context() as patch:
-        patch.setattr(Settling, "identify", late)
+        patch.setattr("capsule_sym._sweeps.basin.identify", late)
         summary, found = run_basin(sweep, tmp_path / "store", max_seconds=1e9)
     assert (summary.status, summary.computed) == ("time-limit", sweep.size)
     assert found.attractors == ()

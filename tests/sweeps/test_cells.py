@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import Axis, Outcome, Parameters, Performances, SteadyMotion, Sweep, simulate
-from capsule_sym._attractors import settling
+from capsule_sym._attractors import neighbourhoods
 from capsule_sym._native import core
 from capsule_sym._parameters import CAPSULE, scene
 from capsule_sym._sweeps import cells
@@ -181,7 +181,7 @@ def test_slow_motions_are_those_of_long_runs(name, over, fixed, late, monkeypatc
     long = compute(replace(sweep, periods=3000)).columns
     if name == "numpy":
         monkeypatch.setattr(cells, "core_of", lambda *_: None)
-        monkeypatch.setattr(settling, "core_of", lambda *_: None)
+        monkeypatch.setattr(neighbourhoods, "core_of", lambda *_: None)
     short = compute(sweep).columns
     settled = short["outcome"] != CellOutcome.NOT_SETTLED
     assert (~settled).sum() == late
