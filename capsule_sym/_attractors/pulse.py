@@ -22,7 +22,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene, SceneDevice, SceneParameters
 from capsule_sym._systems import System, dimensionless
 
-_SHOWN, _BEFORE, _AFTER = 100, 2, 4  # times a period, and periods shown before and after
+_BEFORE = 2  # excitation periods shown before the pulse
 Interval = tuple[float, float]
 
 
@@ -126,7 +126,7 @@ class Pulse(Result, Labelled):
         state = marks[(self.begins - _BEFORE) % len(marks)].tolist()
         before = simulate(usual, state, periods=_BEFORE)
         pulse = simulate(changed, marks[self.begins].tolist(), periods=self.periods)
-        after = simulate(usual, pulse.final[1], periods=self.transient + _AFTER)
+        after = simulate(usual, pulse.final[1], periods=self.transient + 4)
         return before, pulse, after
 
     @property
@@ -148,22 +148,22 @@ class Pulse(Result, Labelled):
         names = ("time", self.parameter, "drive", "x_r", "x_c")
         if not self.periods:
             return {name: np.zeros(0) for name in names}
-        rows, begin, place = list[Vector](), 0.0, 0.0
-        values = (getattr(self.system, self.parameter), self.value)
-        for run, value in zip(self.runs, (values[0], values[1], values[0]), strict=True):
-            count = run.final[0].period * _SHOWN
-            times = np.arange(count) / count * run.span[1]
+        own = getattr(self.system, self.parameter)
+        # Time and place are 0 at the start of the pulse.
+        rows, before = list[Vector](), self.runs[0]
+        begin, place = -before.span[1], -float(before.advance)
+        for run, value in zip(self.runs, (own, self.value, own), strict=True):
+            times = np.arange(0, run.final[0].period, 0.01) * run.parameters.period
             x_r, *_, x_c = run(times, position=True).T
             force = drive_force(run, times)
-            rows.append(np.array([times + begin, np.full(count, value), force, x_r, x_c + place]))
+            rows.append(
+                np.array([times + begin, np.full(len(times), value), force, x_r, x_c + place])
+            )
             begin, place = begin + run.span[1], place + float(run.advance)
-        found = np.hstack(rows)
-        # Time and place are 0 at the start of the pulse.
-        found[0] -= self.runs[0].span[1]
-        found[4] -= float(self.runs[0].advance)
         units = ("duration", "", "peak_force", "x_r", "x_c")
         scales = [unit_of(self.system, unit) if unit else 1.0 for unit in units]
-        return {name: row * scale for name, row, scale in zip(names, found, scales, strict=True)}
+        found = zip(names, np.hstack(rows), scales, strict=True)
+        return {name: row * scale for name, row, scale in found}
 
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""

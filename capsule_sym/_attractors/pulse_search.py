@@ -28,10 +28,6 @@ from capsule_sym._parameters import SceneParameters
 from capsule_sym._systems import System, check_parameter, dimensionless, drives
 
 _FINEST = 1e-9  # least spacing of values, over the range: the accuracy of an interval's ends
-_MOST = 10  # largest number of values, over those of the grid
-# Excitation periods in which a run arrives, plus those in which the end attracts by e^14, to 1e-6.
-_SETTLING, _DIGITS = 512, 14.0
-_POINTS = 5  # steps of a branch to an end of the tolerances
 _END = 1  # number of the end attractor among the known ones
 
 
@@ -53,8 +49,9 @@ class Case(NamedTuple):
         rows[:, self.column] = values * self.factor
         starts = self.starts[[begins]].repeat(len(values), axis=0)
         after = run_rows(rows, starts, 0.0, periods, self.known.scene, share=SHARE)
-        rate = -math.log(min(max(self.known.cycles[0][_END].multiplier, 1e-3), 1 - 1e-9))
-        longest = _SETTLING + math.ceil(_DIGITS * len(self.known.cycles[0][_END].states) / rate)
+        # The end attracts by e^14, to 1e-6, in the time beyond 512 excitation periods.
+        end = self.known.cycles[0][_END]
+        longest = 512 + math.ceil(14 * len(end.states) / -math.log(max(end.multiplier, 1e-3)))
         row = np.zeros(len(values), np.intp)
         found = self.known.destination(row, Arrivals.begun(after.states), 0.0, longest).numbers
         return np.where(after.success, found, -1)
@@ -69,14 +66,15 @@ def intervals(
     """
     values = np.linspace(low, high, count)
     reached = _reached(cases, values, periods, begins)
-    while len(values) < _MOST * count:
+    most = 10 * count  # beside a fractal boundary values differ down to the least spacing
+    while len(values) < most:
         gaps = np.diff(values)
         differ = (np.diff(reached, axis=0) != 0).any(axis=1) & (gaps > _FINEST * (high - low))
         # The widest gaps first, if there is no room for all.
         chosen = np.flatnonzero(differ)[np.argsort(-gaps[differ], kind="stable")]
         if not chosen.size:
             break
-        between = values[chosen[: _MOST * count - len(values)]]
+        between = values[chosen[: most - len(values)]]
         between = between + gaps[chosen[: len(between)]] / 2
         order = np.argsort(joined := np.append(values, between), kind="stable")
         more = _reached(cases, between, periods, begins)
@@ -140,7 +138,7 @@ class AttractorLost(Exception):
 
 def carried(orbit: Orbit, parameters: SceneParameters, factors: Mapping[str, float]) -> Orbit:
     """Orbit continued to other parameters along a straight line; raises AttractorLost."""
-    branch = continue_straight(orbit, parameters, points=_POINTS)
+    branch = continue_straight(orbit, parameters, points=5)
     if branch is None:
         return orbit
     if branch.success and all(stable(point.multipliers) for point in branch.points):

@@ -8,7 +8,7 @@ work is that of the drive during the pulse.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -29,13 +29,8 @@ from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import SceneDevice
 from capsule_sym._systems import System, dimensionless, factors_of, real
 
-_MOST_PERIODS = 1000
-_VALUES = 9, 10**6
-_FINER = 1, 4  # factors of the number of values, the second where the first finds no pulse
-_ARRIVED = 1e-3  # distance from an attractor, over its size, at which the transient ends
-_LONGEST = 2**16  # excitation periods of a transient
-_INSIDE = 100  # number of values by which a window is confirmed
-_PRICED, _CLOSER = 300, 60  # pulses whose work is computed: in all windows, and in one
+_INSIDE = 100  # values within a window by which it is confirmed: a finer structure is found
+_PRICED, _CLOSER = 300, 60  # pulses whose work is computed, a second: in all windows, and in one
 _CONFIRMED = 8  # windows of least work that are confirmed
 _WIDE = 1e-3  # least width, over the range, of the window of a pulse of least work
 
@@ -136,8 +131,8 @@ def switch_by_pulse(
     """
     system = start.parameters if base is None else base
     name, bounds = checked(start, end, over, system)
-    check_count("most_periods", most_periods, 1, _MOST_PERIODS)
-    check_count("values", values, *_VALUES)
+    check_count("most_periods", most_periods, 1, 1000)
+    check_count("values", values, 9, 10**6)
     if least not in ("periods", "work"):
         raise InvalidInput("least", least, "periods or work")
     if not (real(margin) and 0 <= margin <= 0.5):
@@ -145,10 +140,10 @@ def switch_by_pulse(
     factors = factors_of(tolerances, system)
     watch = Watch(checked_seconds(max_seconds))
     start, end = whole_orbit(start), whole_orbit(end)
-    search = _Search(start, end, system, name, bounds, margin)
+    search = _Search(start, end, system, name, bounds, margin, progress or (lambda said: None))
     with watch:
-        search.run(factors, most_periods, least, values, progress or (lambda said: None))
-    return search.result(most_periods)
+        search.run(factors, most_periods, least, values)
+    return search.result()
 
 
 @dataclass
@@ -161,71 +156,73 @@ class _Search:
     name: str
     bounds: Interval
     margin: float
+    report: Callable[[str], object]
     cases: list[Case] = field(default_factory=list)
     windows: list[PulseWindow] = field(default_factory=list)
-    best: tuple[PulseWindow, float] | None = None
-    """Its window and value."""
-    early: dict[str, Any] = field(default_factory=dict)
-    """The pulse in the middle of the widest window, for a search that is interrupted."""
-    lost: str = ""
-    done: bool = False
+    found: dict[str, Any] = field(default_factory=dict)
+    """Fields of the best pulse so far; at first that in the middle of the widest window."""
+    status: PulseStatus = PulseStatus.TIME_LIMIT
+    message: str = "time limit reached before the last pulse"
 
     def run(
-        self,
-        factors: Sequence[Mapping[str, float]],
-        most: int,
-        least: str,
-        values: int,
-        progress: Callable[[str], object],
+        self, factors: Sequence[Mapping[str, float]], most: int, least: str, values: int
     ) -> None:
         """Find all windows, or those of the fewest periods, and the best pulse within them."""
         try:
             for number, one in enumerate(factors, 1):
                 if len(factors) > 1:
-                    progress(f"attractors at end {number} of {len(factors)} of the tolerances")
+                    self.report(f"attractors at end {number} of {len(factors)} of the tolerances")
                 self.cases.append(self.case(one))
         except AttractorLost as lost:
-            self.lost = str(lost)
+            self.status, self.message = PulseStatus.ATTRACTOR_LOST, str(lost)
             return
+        best: tuple[PulseWindow, float] | None = None
         for periods in range(1, most + 1):
-            progress(f"pulses of {periods} of {counted(most, 'period')}")
-            for finer in _FINER:
-                found = [
-                    PulseWindow(periods, begins, *part)
-                    for begins in range(len(self.cases[0].starts))
-                    for part in intervals(self.cases, periods, begins, *self.bounds, finer * values)
-                ]
-                if found:
-                    break
+            self.report(f"pulses of {periods} of {counted(most, 'period')}")
+            found = self.of_periods(periods, values) or self.of_periods(periods, 4 * values)
             self.windows += found
             if found:  # computed now: no run starts after the time limit
                 widest = max(self.windows, key=lambda one: one.width)
-                self.early = self.measured(widest, (widest.low + widest.high) / 2)
+                self.found = self.measured(widest, (widest.low + widest.high) / 2)
             if least == "periods" and (whole := self.widest()) is not None:
-                self.best = whole, (whole.low + whole.high) / 2
+                best = whole, (whole.low + whole.high) / 2
                 break
         if least == "work":
-            progress("the least work")
-            self.best = self.cheapest()
-        self.done = True
+            self.report("the least work")
+            best = self.cheapest()
+        self.found = self.measured(*best) if best else {}
+        self.status, self.message = PulseStatus.FOUND, "the pulse leads to the other attractor"
+        if best is None:
+            over = "{} from {:.6g} to {:.6g}".format(self.name, *self.bounds)
+            pulses = f"of at most {counted(most, 'period')} with {over}"
+            self.status = PulseStatus.NO_PULSE
+            self.message = f"no pulse {pulses} leads to the other attractor"
 
     def case(self, factors: Mapping[str, float]) -> Case:
         """Pulses at an end of the tolerances, with the attractors there."""
         changed = {name: getattr(self.system, name) * by for name, by in factors.items()}
         system = self.system.replace(**changed)
         there = dimensionless(system)
-        both = [carried(one, there, factors) for one in (self.start, self.end)]
-        known = known_orbits(both, share=SHARE)
+        known = known_orbits(
+            [carried(one, there, factors) for one in (self.start, self.end)], share=SHARE
+        )
         starts, marks = stroboscopic(self.start), known.cycles[0][0].states
         # The periods are numbered as those of the start.
-        shifts = range(len(starts))
-        turn = min(shifts, key=lambda i: float(abs(np.roll(marks, -i, axis=0) - starts).max()))
+        turns = [np.roll(marks, -i, axis=0) for i in range(len(starts))]
+        marks = min(turns, key=lambda turned: float(abs(turned - starts).max()))
         tied, factor = self.name, 1.0
         if isinstance(system, SceneDevice):
             tied, factor = system.tie(tied)
         column = system.scene.facts.PARAMETERS.index(tied)
-        factor *= factors.get(self.name, 1.0)
-        return Case(known, np.roll(marks, -turn, axis=0), column, factor)
+        return Case(known, marks, column, factor * factors.get(self.name, 1.0))
+
+    def of_periods(self, periods: int, values: int) -> list[PulseWindow]:
+        """Windows of pulses of so many periods, from each period of the start."""
+        return [
+            PulseWindow(periods, begins, *part)
+            for begins in range(len(self.cases[0].starts))
+            for part in intervals(self.cases, periods, begins, *self.bounds, values)
+        ]
 
     def confirmed(self, window: PulseWindow) -> list[PulseWindow]:
         """Parts of a window by more values within it; they replace the window."""
@@ -254,28 +251,23 @@ class _Search:
         parts = [part for one in wide[:_CONFIRMED] for part in self.confirmed(one)]
         parts = [one for one in parts if one.width >= least]
         parts = parts or [one for one in [self.widest()] if one is not None]
-        polished = min(((*self.polished(one), one) for one in parts), default=None)
+        polished = min(
+            ((*self.least(one, _CLOSER, polish=True), one) for one in parts), default=None
+        )
         return polished and (polished[2], polished[1])
 
-    def least(self, window: PulseWindow, count: int) -> tuple[float, float, float]:
-        """Least work of so many pulses of a window, their value, and their spacing."""
-        kept, count = self.margin * window.width, max(count, 3)
-        values = np.linspace(window.low + kept, window.high - kept, count).tolist()
-        work, value = min((self.work(window, value), value) for value in values)
-        return work, value, (values[-1] - values[0]) / (count - 1)
-
-    def polished(self, window: PulseWindow) -> tuple[float, float]:
-        """Least work in a window, refined beside the best of some pulses, and its value."""
+    def least(self, window: PulseWindow, count: int, polish: bool = False) -> tuple[float, float]:
+        """Least work of so many pulses of a window, or next to the best of them, and its value."""
         from scipy.optimize import minimize_scalar
 
-        work, value, apart = self.least(window, _CLOSER)
         kept = self.margin * window.width
-        low, high = max(value - apart, window.low + kept), min(value + apart, window.high - kept)
-        if low < high:
-            least = minimize_scalar(
-                partial(self.work, window), bounds=(low, high), method="bounded"
-            )
-            work, value = min((work, value), (float(least.fun), float(least.x)))
+        low, high = window.low + kept, window.high - kept
+        values = np.linspace(low, high, max(count, 3))
+        work, value = min((self.work(window, value), value) for value in values.tolist())
+        beside = max(low, value - values[1] + low), min(high, value + values[1] - low)
+        if polish and beside[0] < beside[1]:
+            best = minimize_scalar(partial(self.work, window), bounds=beside, method="bounded")
+            work, value = min((work, value), (float(best.fun), float(best.x)))
         return work, value
 
     def pulse(self, window: PulseWindow, value: float) -> Trajectory:
@@ -287,21 +279,11 @@ class _Search:
         """Work of the drive over a pulse, dimensionless."""
         return drive_work(self.pulse(window, float(value)))
 
-    def result(self, most: int) -> Pulse:
+    def result(self) -> Pulse:
         """Best pulse found, or the reason why there is none."""
-        low, high = self.bounds
-        told = f"of at most {counted(most, 'period')} with {self.name} from {low:.6g} to {high:.6g}"
-        if self.lost:
-            status, message = PulseStatus.ATTRACTOR_LOST, self.lost
-        elif not self.done:
-            status, message = PulseStatus.TIME_LIMIT, "time limit reached before the last pulse"
-        elif self.best is None:
-            status, message = PulseStatus.NO_PULSE, f"no pulse {told} leads to the other attractor"
-        else:
-            status, message = PulseStatus.FOUND, "the pulse leads to the other attractor"
-        ends, windows = (self.start, self.end), tuple(self.windows)
-        none = Pulse(*ends, self.system, self.name, windows, status, message)
-        return replace(none, **(self.measured(*self.best) if self.best else self.early))
+        windows = tuple(self.windows)
+        ends = self.start, self.end, self.system, self.name
+        return Pulse(*ends, windows, self.status, self.message, **self.found)
 
     def measured(self, window: PulseWindow, value: float) -> dict[str, Any]:
         """Fields of the result that describe a pulse."""
@@ -317,15 +299,13 @@ class _Search:
         }
 
     def transient(self, window: PulseWindow, value: float) -> int:
-        """Excitation periods after a pulse until the motion stays close to the end."""
-        marks, usual = stroboscopic(self.end), self.end.parameters
-        begin = self.pulse(window, value).final[1]
-        length, limit = 64, _ARRIVED * (1 + abs(marks).max())
+        """Excitation periods after a pulse until the motion is within 0.1 % of the end."""
+        marks, begin = stroboscopic(self.end), self.pulse(window, value).final[1]
+        length, limit = 64, 1e-3 * (1 + abs(marks).max())
         while True:
-            run = simulate(usual, begin, periods=length, keep="stroboscopic").stroboscopic
-            apart = abs(run[:, None, :] - marks[None]).max(axis=2).min(axis=1)
-            far = np.flatnonzero(apart > limit)
-            last = int(far[-1]) + 1 if far.size else 0
-            if last + len(marks) < length or length >= _LONGEST:
+            run = simulate(self.end.parameters, begin, periods=length, keep="stroboscopic")
+            apart = abs(run.stroboscopic[:, None, :] - marks).max(axis=2).min(axis=1)
+            last = len(apart) - int((apart <= limit)[::-1].cumprod().sum())
+            if last + len(marks) < length or length >= 2**16:
                 return last
             length *= 2

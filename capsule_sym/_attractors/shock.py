@@ -16,18 +16,15 @@ from capsule_sym._attractors.smallest import ACCURACY, KnockSearch, ShockStatus
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
-from capsule_sym._map.result import Result, brief, record
+from capsule_sym._map.result import Result, brief, plain, record
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._parameters import Scene
 
-SAMPLES = 100, 10_000_000
-"""Number of final knocks that are tried within the smallest one found."""
+_SAMPLES = 100, 10_000_000  # final knocks: enough to say something; some hours
 _LONGEST = 64, 1_000_000  # excitation periods within which a run has to return
-_SHOWN = 24, 512  # least and largest number of excitation periods of the runs that are drawn
-_PARTED = 3.0  # of these, for the growth from beside the boundary to the size of the knock
-_DRAWN = 1e-3  # share of the knock by which they start beside the boundary
+_DRAWN = 1e-3  # share of the knock by which the runs that are drawn start beside the boundary
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,10 +88,10 @@ class Shock(Result):
         if self.start is None or self.knock is None or self.phase is None:
             raise InvalidInput("shock", self, "a result with a knock")
         parameters, phase = self.orbit.parameters, self.phase % self.orbit.parameters.period
-        periods = _SHOWN[0]
-        if self.edge is not None:
+        periods = 24
+        if self.edge is not None:  # thrice the time in which they part, and a glance at the rest
             rate = math.log(abs(self.edge.multipliers[0])) / self.edge.itinerary.period_number
-            periods = min(_SHOWN[1], periods + math.ceil(_PARTED * -math.log(_DRAWN) / rate))
+            periods = min(512, periods + math.ceil(3 * -math.log(_DRAWN) / rate))
         inner, outer = (
             simulate(parameters, (self.start + share * self.knock).tolist(), phase, periods)
             for share in (1 - _DRAWN, 1 + _DRAWN)
@@ -103,20 +100,19 @@ class Shock(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""
-        states = {"knock": self.knock, "start": self.start, "state": self.state}
-        orbits = {"motion": self.orbit, "edge": self.edge, "attractor": self.attractor}
-        names = self.scene.facts.STATE
-        return {
-            **self.scene.entry,
-            **super().to_dict(),
-            "parameters": self.orbit.parameters.to_dict(),
-            "weights": [one if one < math.inf else None for one in self.weights],
-            **{
-                key: None if one is None else dict(zip(names, one.tolist(), strict=True))
-                for key, one in states.items()
-            },
-            **{key: None if one is None else _orbit_record(one) for key, one in orbits.items()},
-        }
+        found = super().to_dict() | {"parameters": self.orbit.parameters.to_dict()}
+        found["weights"] = [one if one < math.inf else None for one in self.weights]
+        for key in ("knock", "start", "state"):
+            state = getattr(self, key)
+            names = () if state is None else self.scene.facts.STATE
+            found[key] = dict(zip(names, plain(state) or (), strict=True)) or None
+        for key, orbit in (
+            ("motion", self.orbit),
+            ("edge", self.edge),
+            ("attractor", self.attractor),
+        ):
+            found[key] = None if orbit is None else _orbit_record(orbit)
+        return {**self.scene.entry, **found}
 
 
 def _orbit_record(orbit: Orbit) -> dict[str, Any]:
@@ -214,17 +210,37 @@ def minimal_shock(
     """
     if periods is not None:
         check_count("periods", periods, *_LONGEST)
-    check_count("samples", samples, *SAMPLES)
+    check_count("samples", samples, *_SAMPLES)
     check_count("seed", seed, 0, 2**63)
     units = _units(weights)
     if largest is not None and not (is_real(largest) and 0 < largest < math.inf):
         raise InvalidInput("largest", largest, "a finite number > 0")
-    watch, attractor = Watch(checked_seconds(max_seconds)), None
-    search = KnockSearch(Basin(orbit, others, periods), units, largest, samples, seed, progress)
+    watch, basin, beyond = Watch(checked_seconds(max_seconds)), Basin(orbit, others, periods), None
+    search = KnockSearch(basin, units, largest, samples, seed, progress)
+    knock = phase = start = None
     with watch:
         search.run()
-        attractor = _beyond(search)
-    return _result(search, attractor, tuple(weights))
+        if search.best is not None:
+            (time,), (state,) = search.starts(search.best[None])
+            given = state.tolist(), float(basin.phases(time)), basin.periods
+            beyond = solve_orbit(orbit.parameters, *given)
+    if search.best is not None:
+        times, (state,) = search.starts(search.best[None])
+        phase, (start,) = float(times[0]), basin.state(times)
+        knock = state - start
+    return Shock(
+        orbit=basin.orbit,
+        weights=tuple(weights),
+        size=search.radius,
+        knock=knock,
+        phase=phase,
+        start=start,
+        edge=search.edge,
+        attractor=(attractor := beyond if beyond is not None and beyond.success else None),
+        tried=search.tried,
+        status=search.status,
+        message=_message(search, attractor),
+    )
 
 
 def _units(weights: Sequence[float]) -> Vector:
@@ -239,36 +255,6 @@ def _units(weights: Sequence[float]) -> Vector:
     return np.diag(1 / given)[:, np.isfinite(given)]
 
 
-def _beyond(search: KnockSearch) -> Orbit | None:
-    """Attractor of the run after the knock; None without a knock or a periodic motion."""
-    if search.best is None:
-        return None
-    basin, ((time,), (state,)) = search.basin, search.starts(search.best[None])
-    phase = float(basin.phases(time))
-    found = solve_orbit(basin.parameters, state.tolist(), phase, basin.periods)
-    return found if found.success else None
-
-
-def _result(search: KnockSearch, attractor: Orbit | None, weights: tuple[float, ...]) -> Shock:
-    """Result of a search."""
-    found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
-    if search.best is not None:
-        times, (state,) = search.starts(search.best[None])
-        (start,) = search.basin.state(times)
-        found = {"knock": state - start, "phase": float(times[0]), "start": start}
-    return Shock(
-        orbit=search.basin.orbit,
-        weights=weights,
-        size=search.radius,
-        edge=search.edge,
-        attractor=attractor,
-        tried=search.tried,
-        status=search.status,
-        message=_message(search, attractor),
-        **found,
-    )
-
-
 def _message(search: KnockSearch, attractor: Orbit | None) -> str:
     """Status of a search, as a sentence."""
     tried = counted(search.tried, "knock")
@@ -279,11 +265,9 @@ def _message(search: KnockSearch, attractor: Orbit | None) -> str:
     if search.status is ShockStatus.TIME_LIMIT:
         return f"time limit reached: smallest of {tried} so far"
     where = "to another motion" if attractor is not None else "to no periodic motion"
-    edge = (
-        "has no periodic edge state, and may be fractal"
-        if search.edge is None
-        else f"leads to an edge state of multiplier {search.edge.multipliers[0].real:.6g}"
-    )
+    edge = "has no periodic edge state, and may be fractal"
+    if search.edge is not None:
+        edge = f"leads to an edge state of multiplier {search.edge.multipliers[0].real:.6g}"
     before = counted(search.tried - search.samples, "knock was", "knocks were")
     return (
         f"the boundary {edge}; beyond it runs lead {where}; {before} tried to find "
