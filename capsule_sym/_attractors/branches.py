@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
@@ -24,6 +25,11 @@ from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene, SceneParameters
+
+_COLUMNS = (
+    *("attractor", "count", "fraction", "fraction_low", "fraction_high"),
+    *("period_number", "progression", "largest_multiplier", "itinerary"),
+)
 
 
 class Change(NamedTuple):
@@ -101,6 +107,14 @@ class AttractorBranch:
         orbits = [self.orbit(i) for i in range(len(self.values))]
         return [(shown_itinerary(one), shown_progression(one.motion)) for one in orbits]
 
+    @property
+    def rows(self) -> Iterator[tuple[Any, ...]]:
+        """Row of a table for each value."""
+        each = self.values, self.counts, self.fractions, self.intervals, self.cycles, self.shown
+        for value, count, share, ends, cycle, (text, pace) in zip(*each, strict=True):
+            numbers = value, self.number, count, share, *ends, len(cycle.states), pace
+            yield *numbers, cycle.multiplier, text
+
     def to_dict(self) -> dict[str, Any]:
         """Branch as plain values."""
         return {
@@ -163,22 +177,12 @@ class ContinuedAttractors(Result, Labelled):
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
         """Columns, shape (k,), with a row for each value of each attractor."""
-        each = self.branches
-        shown = [row for one in each for row in one.shown]
-        ends = np.concatenate([np.empty((0, 2)), *(one.intervals for one in each)])
-        cycles = [cycle for one in each for cycle in one.cycles]
-        numbers = [one.number for one in each for _ in one.values]
+        rows = [row for one in self.branches for row in one.rows]
+        kinds = (float, int, int, float, float, float, int, float, float, np.str_)
+        parts = zip((self.name, *_COLUMNS), kinds, strict=True)
         return {
-            self.name: np.concatenate([np.empty(0), *(one.values for one in each)]),
-            "attractor": np.array(numbers, dtype=int),
-            "count": np.concatenate([np.empty(0, int), *(one.counts for one in each)]),
-            "fraction": np.concatenate([np.empty(0), *(one.fractions for one in each)]),
-            "fraction_low": ends[:, 0],
-            "fraction_high": ends[:, 1],
-            "period_number": np.array([len(cycle.states) for cycle in cycles], dtype=int),
-            "progression": np.array([progression for _, progression in shown]),
-            "largest_multiplier": np.array([cycle.multiplier for cycle in cycles]),
-            "itinerary": np.array([text for text, _ in shown], dtype=np.str_),
+            name: np.array([row[i] for row in rows], dtype=kind)
+            for i, (name, kind) in enumerate(parts)
         }
 
     def attributes(self) -> dict[str, Any]:

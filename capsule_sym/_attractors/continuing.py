@@ -24,22 +24,21 @@ from capsule_sym._attractors.branches import (
     row_at,
 )
 from capsule_sym._attractors.destinations import Arrivals, Cycle, KnownOrbits
-from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
+from capsule_sym._attractors.neighbourhoods import NONE, close_many, stroboscopic
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
-from capsule_sym._native import Watch, check_time, core_of, present
+from capsule_sym._native import Watch, check_time, present
 from capsule_sym._orbits.continuation.branches.branch import Branch
 from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
 from capsule_sym._orbits.continuation.families.family import Ending
 from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
-from capsule_sym._orbits.metrics.many import performance_many
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._parameters import SceneParameters
 
-_POINTS = 5  # least number of steps of a branch between two values
-_BEYOND = 1e-3  # share of the interval beyond the last orbit of a branch at which others are sought
-_MOST_RUNS = 10**7
+_POINTS = 5  # least number of steps of a branch between two values, which are near
+_MOST_RUNS = 10**7  # runs whose states are held in memory
 _Cell = tuple[int, int]  # index of a value, number of an orbit there
 
 
@@ -142,84 +141,68 @@ def continue_attractors(
         raise InvalidInput(
             "values", len(grid), f"at most {counted(_MOST_RUNS // len(states), 'value')}"
         )
-    rows = np.array([row_at(path, parameters, value) for value in grid])
-    settling = KnownOrbits(rows, parameters.scene, threads)
-    following = _Following(parameters, path, grid, settling)
-    groups = np.repeat(np.arange(len(grid)), len(states))
-    runs = Arrivals.begun(np.tile(states, (len(grid), 1)))
+    rows, count = np.array([row_at(path, parameters, value) for value in grid]), len(states)
+    known = KnownOrbits(rows, parameters.scene, threads)
+    links, groups = _Links(parameters, path, grid, known), np.repeat(np.arange(len(grid)), count)
+    runs, total = Arrivals.begun(np.tile(states, (len(grid), 1))), len(groups)
+    report = None if progress is None else lambda done: progress(done, total)
     status = Status.TIME_LIMIT
     with Watch(checked_seconds(max_seconds)):
-        following.settling.destination(
-            groups,
-            runs,
-            np.tile(times, len(grid)),
-            periods,
-            report=None if progress is None else lambda done: progress(done, len(groups)),
-        )
-        following.link()
+        known.destination(groups, runs, np.tile(times, len(grid)), periods, report=report)
+        links.link()
         left = np.flatnonzero(runs.numbers == NONE)
-        runs.numbers[left] = following.settling.inside(groups[left], runs.states[left])
+        runs.numbers[left] = known.inside(groups[left], runs.states[left])
         status = Status.FINISHED
     numbers = runs.numbers.reshape(len(grid), -1)
-    return ContinuedAttractors(
-        name,
-        grid,
-        len(states),
-        following.branches(numbers),
-        (numbers == NONE).sum(axis=1),
-        periods,
-        status,
-        parameters,
-    )
+    late = (numbers == NONE).sum(axis=1)
+    found = links.branches(numbers)
+    return ContinuedAttractors(name, grid, count, found, late, periods, status, parameters)
 
 
-class _Following:
+class _Links:
     """Orbits at all values, and their identity between neighbouring values."""
 
     def __init__(
-        self, base: SceneParameters, path: ParameterPath, values: Vector, settling: KnownOrbits
+        self, base: SceneParameters, path: ParameterPath, values: Vector, known: KnownOrbits
     ) -> None:
-        self.base, self.path, self.values, self.settling = base, path, values, settling
+        self.base, self.path, self.values, self.known = base, path, values, known
         # By side, 1 or -1: the orbit at the next value, or the reason why there is none.
         self.next: dict[int, dict[_Cell, _Cell]] = {1: {}, -1: {}}
         self.ends: dict[int, dict[_Cell, Change]] = {1: {}, -1: {}}
 
     def link(self) -> None:
         """Continue every orbit to the next values on both sides, or to a bifurcation before."""
-        while True:
-            pending = {side: self._pending(side) for side in (1, -1)}
-            if not any(pending.values()):
-                return
-            for side, cells in pending.items():
+        pending = True
+        while pending:
+            pending = False
+            for side in (1, -1):
+                cells = [cell for cell in self._cells() if self._open(cell, side)]
                 self._carry(cells, side)
                 for cell in cells:
                     if cell not in self.next[side]:
                         self._follow(cell, side)
+                pending |= bool(cells)
 
     def branches(self, numbers: NDArray[np.int16]) -> tuple[AttractorBranch, ...]:
         """Attractors along the parameter, from the orbit numbers, (m, n), of all starts."""
-        found = list[AttractorBranch]()
-        counts = [
-            np.bincount(row[row >= 0], minlength=len(cycles)).tolist()
-            for row, cycles in zip(numbers, self.settling.cycles, strict=True)
-        ]
+        found, total = list[AttractorBranch](), numbers.shape[1]
+        counts = {cell: int((numbers[cell[0]] == cell[1]).sum()) for cell in self._cells()}
         heads = [cell for cell in self._cells() if cell not in self.next[-1]]
-        for head in sorted(heads, key=lambda cell: (cell[0], -counts[cell[0]][cell[1]])):
+        for head in sorted(heads, key=lambda cell: (cell[0], -counts[cell])):
             cells = [head]
             while (after := self.next[1].get(cells[-1])) is not None:
                 cells.append(after)
-            number = np.array([counts[i][k] for i, k in cells])
-            total = numbers.shape[1]
+            number = [counts[cell] for cell in cells]
             found.append(
                 AttractorBranch(
                     len(found),
                     self.path,
                     self.base,
                     self.values[[i for i, _ in cells]],
-                    number,
-                    number / total,
-                    np.array([interval(one, total) for one in number.tolist()]),
-                    tuple(self.settling.cycles[i][k] for i, k in cells),
+                    np.array(number),
+                    np.array(number) / total,
+                    np.array([interval(one, total) for one in number]),
+                    tuple(map(self._cycle, cells)),
                     self._end(head, -1),
                     self._end(cells[-1], 1),
                 )
@@ -227,58 +210,52 @@ class _Following:
         return tuple(found)
 
     def _cells(self) -> list[_Cell]:
-        every = enumerate(self.settling.cycles)
+        every = enumerate(self.known.cycles)
         return [(i, k) for i, cycles in every for k in range(len(cycles))]
 
-    def _pending(self, side: int) -> list[_Cell]:
-        last = len(self.values) - 1 if side > 0 else 0
-        known = self.next[side].keys() | self.ends[side].keys()
-        return [cell for cell in self._cells() if cell[0] != last and cell not in known]
+    def _cycle(self, cell: _Cell) -> Cycle:
+        return self.known.cycles[cell[0]][cell[1]]
+
+    def _open(self, cell: _Cell, side: int) -> bool:
+        """True if an orbit has to be continued to a side."""
+        linked = cell in self.next[side] or cell in self.ends[side]
+        return not linked and 0 <= cell[0] + side < len(self.values)
 
     def _end(self, cell: _Cell, side: int) -> Change | None:
-        if cell[0] == (len(self.values) - 1 if side > 0 else 0):
-            return None
-        return self.ends[side].get(cell) or Change(
-            math.nan, "not sought", self._between(cell, side), None, "time limit reached"
-        )
+        open_ = self._open(cell, side)
+        why = "not sought", "time limit reached"
+        return self._unlocated(cell, side, *why) if open_ else self.ends[side].get(cell)
 
     def _between(self, cell: _Cell, side: int) -> tuple[float, float]:
-        here, there = sorted((cell[0], cell[0] + side))
-        return float(self.values[here]), float(self.values[there])
+        low, high = sorted((cell[0], cell[0] + side))
+        return float(self.values[low]), float(self.values[high])
+
+    def _unlocated(self, cell: _Cell, side: int, kind: str, why: str) -> Change:
+        return Change(math.nan, kind, self._between(cell, side), None, why)
 
     def _carry(self, cells: Sequence[_Cell], side: int) -> None:
         """Link orbits that lead to each other by a step along their tangent, and one back."""
-        if not cells:
-            return
         there = self._carried(cells, [self._cycle(cell) for cell in cells], side)
         found = [(cell, cycle) for cell, cycle in zip(cells, there, strict=True) if cycle]
-        if not found:
-            return
         beyond = [(i + side, k) for (i, k), _ in found]
         back = self._carried(beyond, [cycle for _, cycle in found], -side)
         for (cell, cycle), returned in zip(found, back, strict=True):
-            own = self._cycle(cell)
-            if returned is not None and own.same(returned):
+            if returned is not None and self._cycle(cell).same(returned):
                 self._join(cell, cycle, side)
-
-    def _cycle(self, cell: _Cell) -> Cycle:
-        return self.settling.cycles[cell[0]][cell[1]]
 
     def _carried(
         self, cells: Sequence[_Cell], cycles: Sequence[Cycle], side: int
     ) -> list[Cycle | None]:
         """Orbits at the next value, of as many periods, to which orbits lead."""
-        rows, scene = self.settling.rows, self.settling.scene
-        here = np.array([i for i, _ in cells])
+        if not cells:
+            return []
+        rows, here = self.known.rows, np.array([i for i, _ in cells])
         states = np.array([cycle.states[0] for cycle in cycles])
         periods = np.array([len(cycle.states) for cycle in cycles])
-        if core_of(scene) is not None:
-            given = rows[here], states, periods
-            many = performance_many(*given, energies=False, forces=False, scene=scene)
-            moved = rows[here + side] - rows[here]
-            guess = states + (many.by_parameter @ moved[:, :, None])[:, :, 0]
-            states = np.where(np.isfinite(guess).all(axis=1)[:, None], guess, states)
-        found = self.settling.closed(here + side, states, periods)
+        tangents = close_many(rows[here], states, periods, self.known.scene).by_parameter
+        guess = states + (tangents @ (rows[here + side] - rows[here])[:, :, None])[:, :, 0]
+        states = np.where(np.isfinite(guess).all(axis=1)[:, None], guess, states)
+        found = self.known.closed(here + side, states, periods)
         return [
             one if one is not None and len(one.states) == count else None
             for one, count in zip(found, periods.tolist(), strict=True)
@@ -287,47 +264,43 @@ class _Following:
     def _join(self, cell: _Cell, cycle: Cycle, side: int) -> None:
         """Identify an orbit at the next value with the attractor here."""
         row = cell[0] + side
-        (number,) = self.settling.numbered([row], [cycle])
-        other = (row, number)
+        other = row, self.known.numbered([row], [cycle])[0]
         if other not in self.next[-side]:
             self.next[side][cell], self.next[-side][other] = other, cell
             self.ends[-side].pop(other, None)
 
+    def _branch(self, orbit: Orbit, to: float) -> Branch:
+        ties, left = dict(self.path.ties) or None, present().left
+        name = self.path.name
+        found = continue_orbit(orbit, name, to, points=_POINTS, ties=ties, max_seconds=left)
+        check_time()
+        return found
+
     def _follow(self, cell: _Cell, side: int) -> None:
         """Continue a branch from an orbit to the next value, or to its end."""
         check_time()
-        i, ends = cell[0], self._between(cell, side)
+        i, why = cell[0], "the orbit's equations are not solved"
         orbit = closed_orbit(placed_at(self.path, self.base, self.values[i]), self._cycle(cell))
-        if orbit is None:
-            why = "the orbit's equations are not solved"
-            self.ends[side][cell] = Change(math.nan, "not located", ends, None, why)
-            return
-        branch = continue_orbit(
-            orbit,
-            self.path.name,
-            float(self.values[i + side]),
-            points=_POINTS,
-            ties=dict(self.path.ties) or None,
-            max_seconds=present().left,
-        )
-        check_time()
-        lost = loss(branch)
-        if lost is None and branch.status in (Ending.RETURNED, Ending.TURNED_BACK):
-            lost = self._doubling(branch, cell, side)
-        if lost is not None:
-            self.ends[side][cell] = Change(lost.value, lost.type, ends, lost, _passed(lost))
-            return
-        if branch.status is Ending.REACHED:
-            last = branch.points[-1].orbit
-            state = stroboscopic(last)[0]
-            closed = self.settling.closed(
-                np.array([i + side]), state[None], np.array([last.itinerary.period_number])
-            )[0]
-            if closed is not None:
-                self._join(cell, closed, side)
-        if cell not in self.next[side]:
+        if orbit is not None:
+            branch = self._branch(orbit, float(self.values[i + side]))
             why = f"the branch ends ({branch.status}): {branch.message}"
-            self.ends[side][cell] = Change(math.nan, "not located", ends, None, why)
+            lost = loss(branch)
+            if lost is None and branch.status in (Ending.RETURNED, Ending.TURNED_BACK):
+                lost = self._doubling(branch, cell, side)
+            if lost is not None:
+                passed = f"{lost.itinerary_before} → {lost.itinerary_after or 'none'}"
+                between = self._between(cell, side)
+                self.ends[side][cell] = Change(lost.value, lost.type, between, lost, passed)
+                return
+            if branch.status is Ending.REACHED:
+                states = stroboscopic(branch.points[-1].orbit)
+                (closed,) = self.known.closed(
+                    np.array([i + side]), states[:1], np.array([len(states)])
+                )
+                if closed is not None:
+                    self._join(cell, closed, side)
+        if cell not in self.next[side]:
+            self.ends[side][cell] = self._unlocated(cell, side, "not located", why)
 
     def _doubling(self, branch: Branch, cell: _Cell, side: int) -> Bifurcation | None:
         """Period doubling at which a branch of doubled orbits retraces itself.
@@ -335,17 +308,16 @@ class _Following:
         It is sought on the orbit of half the period beyond it, since border collisions may hide it.
         """
         turn = max(branch.points, key=lambda point: side * point.value)
-        periods, (low, high) = turn.orbit.itinerary.period_number, self._between(cell, side)
-        near = _BEYOND * (high - low)
+        states, (low, high) = stroboscopic(turn.orbit), self._between(cell, side)
+        near = 1e-3 * (high - low)  # far enough beyond the turn, and near enough to be its doubling
         at = turn.value + side * near
-        if periods % 2 or not low < at < high:
+        if len(states) % 2 or not low < at < high:
             return None
-        state = stroboscopic(turn.orbit)[0].tolist()
-        orbit = orbit_at(placed_at(self.path, self.base, at), state, periods // 2)
+        half = placed_at(self.path, self.base, at), states[0].tolist(), len(states) // 2
+        orbit = orbit_at(*half)
         if orbit is None:
             return None
-        back, ties = float(self.values[cell[0]]), dict(self.path.ties) or None
-        found = loss(continue_orbit(orbit, self.path.name, back, points=_POINTS, ties=ties))
+        found = loss(self._branch(orbit, float(self.values[cell[0]])))
         return found if found is not None and abs(found.value - turn.value) <= near else None
 
 
@@ -359,8 +331,3 @@ def loss(branch: Branch) -> Bifurcation | None:
         if not after or abs(after[0]) >= 1:
             return one
     return None
-
-
-def _passed(one: Bifurcation) -> str:
-    """Message with the itineraries on both sides of a bifurcation."""
-    return f"{one.itinerary_before} → {one.itinerary_after or 'none'}"
