@@ -6,6 +6,7 @@ Unknown orbits are solved by Newton's method from ends of runs that nearly repea
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -147,16 +148,13 @@ class KnownOrbits:
         periods: int,
         *,
         find: bool = True,
-        hopeful: bool = False,
         report: Callable[[int], object] | None = None,
     ) -> Arrivals:
         """Continue n runs until they have arrived, for at most so many excitation periods.
 
         `groups`, (n,), is the row of each run's parameters, `phases` are those of the starts. With
-        `find` unknown orbits are solved and added. Only runs at rows with a known orbit are
-        continued after the first look if `hopeful`; it looks farther for orbits. `report` is called
-        with the number of runs that are over. Raises TimeUp if the present watch is over; the runs
-        keep their last states.
+        `find` unknown orbits are solved and added. `report` is called with the number of runs that
+        are over. Raises TimeUp if the present watch is over; the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
         numbers, repeats, ends, passed = runs
@@ -173,16 +171,13 @@ class KnownOrbits:
                 change, guess = _changes(marks)
                 at_rest = change <= (_REPEATED if done < periods else _SETTLED)
                 if find:
-                    guess[~(at_rest | (change <= _NEARLY) | hopeful)] = 0
-                    near = _WITHIN if hopeful else _NEAR
-                    numbers[left] = self.identify(groups[left], ends[left], guess, at_rest, near)
+                    guess[~(at_rest | (change <= _NEARLY))] = 0
+                    numbers[left] = self.identify(groups[left], ends[left], guess, at_rest)
                 else:
                     numbers[left] = self.inside(groups[left], ends[left])
                 open_ = numbers[left] == NONE
                 repeats[left] = open_ & at_rest
                 left = left[open_ & ~at_rest]
-                if hopeful:
-                    left = left[[bool(self.cycles[row]) for row in groups[left].tolist()]]
                 length = min(2 * length, periods - done)
                 if report is not None:
                     report(last - left.size)
@@ -194,7 +189,6 @@ class KnownOrbits:
         ends: Vector,
         periods: NDArray[Any],
         settled: NDArray[np.bool_],
-        near: float = _NEAR,
     ) -> NDArray[np.int16]:
         """Numbers of the orbits on which runs end, (n, 3); unknown orbits are solved and added.
 
@@ -212,7 +206,7 @@ class KnownOrbits:
             rows = groups[left]
             first = np.arange(left.size) - np.searchsorted(rows, rows) < most
             chosen, left, most = left[first], left[~first], 2 * most
-            cycles = self.closed(groups[chosen], ends[chosen], periods[chosen], near)
+            cycles = self.closed(groups[chosen], ends[chosen], periods[chosen])
             found = self.numbered(groups[chosen].tolist(), cycles)
             numbers[chosen] = np.where(
                 settled[chosen], found, self.inside(groups[chosen], ends[chosen])
@@ -220,6 +214,30 @@ class KnownOrbits:
             numbers[left] = self.inside(groups[left], ends[left])
             left = left[numbers[left] == NONE]
         return numbers
+
+    def approached(self, states: Vector) -> list[Cycle | None]:
+        """Stable orbit that the run of each row approaches from a state at phase 0, (m, 3).
+
+        Newton's method finds the orbit, and the run then comes nearer to it by a tenth, in the time
+        in which it attracts by a hundredth. None for a run that approaches none, none of at most 16
+        periods, or one so slowly that this takes more than 2^15 periods.
+        """
+        found: list[Cycle | None] = [None] * len(states)
+        good, marks = self._marks(self.rows, states, 0.0, 2 * LONGEST)
+        ends, waits = marks[:, -1], dict[int, list[tuple[int, Cycle]]]()
+        for k, cycle in enumerate(self.closed(good, ends, _changes(marks)[1], _WITHIN)):
+            if cycle is not None:
+                wait = math.log(0.01) / math.log(min(max(cycle.multiplier, 0.01), 1 - NEUTRAL))
+                waits.setdefault(math.ceil(math.log2(wait)), []).append((k, cycle))
+        for power in (one for one in waits if one <= 15):
+            chosen = [k for k, _ in waits[power]]
+            begin = self.rows[good[chosen]], ends[chosen], 0.0
+            run = run_rows(*begin, 2**power, self.scene, self.threads)
+            for (k, cycle), state in zip(waits[power], run.states, strict=True):
+                before, now = cycle.distance(np.array([ends[k], state]))
+                if now <= max(before / 10, _SAME * (1 + abs(cycle.states).max())):
+                    found[int(good[k])] = cycle
+        return found
 
     def closed(
         self, groups: NDArray[np.intp], states: Vector, periods: NDArray[Any], near: float = _NEAR

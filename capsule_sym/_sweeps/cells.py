@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._attractors.destinations import Arrivals, KnownOrbits
+from capsule_sym._attractors.destinations import KnownOrbits
 from capsule_sym._errors import CapsuleError, Outcome
 from capsule_sym._map import simulate
 from capsule_sym._map.steady import LONGEST
@@ -25,7 +25,6 @@ from capsule_sym._sweeps.sweep import Sweep
 _ROOM = 512  # bytes for the switches of two periods of a motion; longer motions are run by `slow`
 _FURTHER = 1000  # largest number of excitation periods for the Lyapunov exponent of a run
 _BLOCK = 64  # excitation periods of one run of `slow`
-_PATIENCE = 2**15  # excitation periods after which a slow approach is given up
 _AT_ONCE = 256  # cells that `settle` closes between two looks at the watch
 
 
@@ -132,14 +131,13 @@ class _Cells:
             # Each twice: one that shares its flows with none is run by other code of the core, and
             # its last digits would depend on the chunk.
             some = np.repeat(every[first : first + _AT_ONCE], 2)
-            known = KnownOrbits(self.rows[some], self.scene)
-            groups, runs = np.arange(len(some)), Arrivals.begun(self.columns["final"][some])
-            numbers = known.destination(groups, runs, 0.0, _PATIENCE, hopeful=True).numbers
-            found = np.flatnonzero(numbers >= 0)
-            for k in found.tolist():
-                self.states[some[k]] = known.cycles[k][numbers[k]].states[0]
-            self.phases[some[found]] = 0.0
-            self.run(some[found])
+            cycles = KnownOrbits(self.rows[some], self.scene).approached(
+                self.columns["final"][some]
+            )
+            for i, cycle in zip(some.tolist(), cycles, strict=True):
+                if cycle is not None:
+                    self.states[i], self.phases[i] = cycle.states[0], 0.0
+            self.run(some[[cycle is not None for cycle in cycles]])
 
     def fast(self, core: Any, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
         """Run cells in the C core; returns the indices of those that it could not decide."""

@@ -17,7 +17,7 @@ class OnALine(KnownOrbits):
     def _surround(self, new) -> None:
         pass
 
-    def closed(self, groups, states, periods, near):
+    def closed(self, groups, states, periods):
         return [None if state[0] in self.fails else self.nearest(state[0]) for state in states]
 
     def nearest(self, at: float) -> Cycle:
