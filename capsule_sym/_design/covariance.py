@@ -12,7 +12,6 @@ from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.least_squares import Least
 from capsule_sym._design.problem import Misfit
 
-_LOST = 1e-8  # singular values below this share of the largest count as 0
 _PART = 0.1  # share of a combination above which an unknown is not identifiable
 _LEAST_SLOPE = 0.05  # least slope of a series' influence, over the mean of all series
 
@@ -58,7 +57,8 @@ def errors_of(problem: Misfit, found: Least) -> Errors:
     size = problem.sizes(found.x)[free]
     scaled = found.jac[:, free] * np.sqrt(slopes)[:, None] * size
     left, singular, directions = np.linalg.svd(scaled, full_matrices=False)
-    kept = singular > _LOST * singular[0]
+    # Squares of smaller ones, which the covariance has, are lost in those of the largest.
+    kept = singular > math.sqrt(np.finfo(float).eps) * singular[0]
     inverse = directions[kept].T / singular[kept]
     ratios = squares[problem.groups] / slopes
     middle = left[:, kept].T @ (ratios[:, None] * left[:, kept])

@@ -19,7 +19,6 @@ from capsule_sym._map.result import by_fields
 QUANTILES = 0.025, 0.25, 0.5, 0.75, 0.975
 """Shares of the samples below the listed quantiles."""
 _RESAMPLED = range(200)  # samples for intervals of the indices, whose ends are five of them
-_INTERVAL = QUANTILES[0], QUANTILES[-1]  # shares of these below the ends
 
 
 class MetricSpread(NamedTuple):
@@ -63,7 +62,8 @@ def spreads(
     found = np.array([_indices(filled, some) for some in [np.arange(count), *resampled]])
     varies = np.ptp(filled[:2], axis=(0, 2)) > 0
     found = np.where(varies[:, None], found, math.nan)
-    indices, ends = found[0], np.moveaxis(np.quantile(found[1:], _INTERVAL, axis=0), 0, -1)
+    low, *_, high = QUANTILES
+    indices, ends = found[0], np.moveaxis(np.quantile(found[1:], (low, high), axis=0), 0, -1)
     shares = np.isfinite(values).mean(axis=(0, 1))
     return tuple(
         MetricSpread(
