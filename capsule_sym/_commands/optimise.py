@@ -11,7 +11,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, group, option
-from capsule_sym._design.counts import POINTS, SAMPLES, SEED
+from capsule_sym._design.counts import MAX_SECONDS, POINTS, SAMPLES, SEED
 from capsule_sym._errors import InvalidInput
 from capsule_sym._texts.design import show_front, show_optimum
 
@@ -21,7 +21,7 @@ def _searching(
     margin: float | None = None,
     samples: Annotated[int | None, between(*SAMPLES)] = None,
     seed: Annotated[int, between(*SEED)] = 0,
-    max_seconds: options.TimeLimit = 600.0,
+    max_seconds: options.TimeLimit = MAX_SECONDS,
 ) -> dict[str, Any]:
     """Settings of a search, without those that are not given.
 

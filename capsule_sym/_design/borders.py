@@ -6,16 +6,15 @@ where a segment ends with v_c = 0. Where it is 0, the itinerary changes.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
+from capsule_sym._map.labelled import package
 from capsule_sym._orbits.shooting.admissibility import (
     BEFORE_END,
     DURATION,
@@ -26,13 +25,11 @@ from capsule_sym._orbits.shooting.admissibility import (
     inequalities,
 )
 from capsule_sym._orbits.shooting.closed import ClosedForms, chained, guard_by
-from capsule_sym._orbits.shooting.equations import BY_TIME, angle_row, shooting
+from capsule_sym._orbits.shooting.equations import BY_TIME, angle_row
 from capsule_sym._orbits.shooting.itinerary import contact, drift, field_of, level
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.stability import floquet_multipliers
-
-_STEP = 1e-5  # step of a multiplier's differences, in the unknowns and the parameters
-Mask = NDArray[np.bool_]
+from capsule_sym._orbits.shooting.stability import monodromy_matrix
+from capsule_sym._orbits.shooting.taylor import monodromy_derivative
 
 
 class Distance(NamedTuple):
@@ -103,26 +100,22 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
     return guard_by(c, one.guard, gap, v_r, by, turned, angle)
 
 
-def multiplier_by(motion: Motion, which: Mask) -> Vector:
+def multiplier_by(motion: Motion) -> Vector:
     """Derivatives (7,) of the largest modulus of a multiplier along the branch; 0 without an orbit.
 
-    They are taken by parameters in the mask `which` (7,), the others are 0. The monodromy matrix is
-    that of the segments, whether or not the orbit is closed: it is smooth in the unknowns and the
-    parameters, also at a fold. The differences are along the branch's tangent.
+    A multiplier m with left and right eigenvectors w and v changes with the matrix M by
+    `w dM v / (w v)`.
     """
-    parameters, orbit = motion.parameters, motion.orbit
-    found = np.zeros(len(parameters.scene.facts.PARAMETERS))
+    orbit, count = motion.orbit, len(motion.parameters.scene.facts.PARAMETERS)
     if orbit is None:
-        return found
-    for k in np.flatnonzero(which).tolist():
-        along = orbit.by_parameter[:, k].astype(float)
-        step, ends = _STEP / max(1.0, abs(along).max()), []
-        for way in (-step, step):
-            values = [float(value) + way * (i == k) for i, value in enumerate(orbit.values)]
-            z = orbit.z + way * along
-            with backend("numpy", orbit.scene) as numbers:
-                system = shooting(numbers, values, orbit.itinerary, z)
-            beside = replace(orbit, values=tuple(values), z=z, system=system)
-            ends.append(float(abs(floquet_multipliers(beside)[0])))
-        found[k] = (ends[1] - ends[0]) / (2 * step)
+        return np.zeros(count)
+    matrix = monodromy_matrix(orbit).astype(float)
+    values, left, right = package("scipy.linalg").eig(matrix, left=True, right=True)
+    largest = int(np.argmax(abs(values)))
+    w, v, modulus = left[:, largest].conj(), right[:, largest], abs(values[largest])
+    by = np.einsum("i,kij,j->k", w, monodromy_derivative(orbit, np.eye(count)), v) / (w @ v)
+    by = (by * values[largest].conj()).real / (modulus or 1.0)
+    if orbit.itinerary.mirrored:  # the matrix is that of half the motion
+        by = 2 * modulus * by
+    found: Vector = by[-count:] + by[:-count] @ orbit.by_parameter.astype(float)
     return found

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -15,12 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.evaluation import drifting, settle
+from capsule_sym._design.evaluation import drifting
 from capsule_sym._design.program import KEPT, STABLE, Program, Scenario
 from capsule_sym._design.quantities import (
     Function,
     dimensionless,
-    of,
     valued,
     values_of,
     with_derived,
@@ -77,12 +77,11 @@ class Grid:
         values, moduli = found.values, abs(found.multipliers[:, 0])
         at_rest = ~drifting(self.scene, self.rows, found.fields, values, moduli)
         values[at_rest[:, None] & np.isin(METRICS, ("velocity", "progression"))] = 0.0
-        own = {
-            name: Slope(row, 0.0)
-            for name, row in zip(self.scene.facts.PARAMETERS, self.rows.T, strict=True)
-        }
+        names = *self.scene.facts.PARAMETERS, *METRICS
+        columns = np.column_stack([self.rows, values]).T
+        own = {name: Slope(row, 0.0) for name, row in zip(names, columns, strict=True)}
+        given = {name: own.pop(name) for name in METRICS}
         with np.errstate(all="ignore"):
-            given = {name: Slope(row, 0.0) for name, row in zip(METRICS, values.T, strict=True)}
             every = with_derived(given, own, self.scene.facts.BOUNDS)
             if self.device:
                 every = {name: one * self.own.scale(name) for name, one in every.items()}
@@ -101,17 +100,11 @@ class Grid:
                 return np.broadcast_to(np.asarray(found.value, float), self.count)
             except Exception:  # a function that does not accept arrays is evaluated one by one
                 rows = {k: np.broadcast_to(v.value, self.count).tolist() for k, v in every.items()}
-                return np.array(
-                    [
-                        valued(
-                            field,
-                            function,
-                            {k: Slope(v[i], np.zeros(1)) for k, v in rows.items()},
-                            text,
-                        )[0]
-                        for i in range(self.count)
-                    ]
+                each = (
+                    {k: Slope(v[i], np.zeros(1)) for k, v in rows.items()}
+                    for i in range(self.count)
                 )
+                return np.array([valued(field, function, one, text)[0] for one in each])
 
 
 @dataclass(eq=False)
@@ -209,10 +202,10 @@ def _evaluate(program: Program, u: Matrix, states: Any, longer: int) -> Cells:
 def _block(program: Program, u: Matrix, states: Any, longer: int) -> Cells:
     """Values at places, a few of them."""
     found = unknown(program, u)
+    if core_of(program.system.scene) is None:
+        _alone(program, found)
+        return found
     for j, one in enumerate(program.scenarios):
-        if core_of(program.system.scene) is None:
-            _alone(program, one, j, found)
-            continue
         grid = Grid(program, one, u)
         begin = one.state if states is None else found.states[:, 0] if j else states
         begin = np.where(np.isfinite(begin), begin, one.state)
@@ -236,25 +229,21 @@ def _block(program: Program, u: Matrix, states: Any, longer: int) -> Cells:
     return found
 
 
-def _alone(program: Program, scenario: Scenario, j: int, cells: Cells) -> None:
-    """Values of a scenario at places, one by one in Python."""
+def _alone(program: Program, cells: Cells) -> None:
+    """Values at places, one by one in Python."""
     for i, u in enumerate(cells.u):
         if present().over:
             break
-        system = scenario.system(program.system_at(u))
-        motion = settle(dimensionless(system), scenario.state)
-        cells.numbers[i, j] = 0 if motion is None else motion.period_number
-        if motion is None:
-            continue
-        every = of(motion.metrics, system)
-        value = valued("metric", program.function, every)[0] * program.sign
-        cells.objectives[i, j] = value if math.isfinite(value) else np.inf
-        slacks = np.array([limit.slack(every)[0] for limit in program.limits])
-        if program.margin is not None:
-            slacks = np.append(slacks, 1 - program.margin - motion.multiplier)
-        slacks = np.where(np.isfinite(slacks), slacks, -np.inf)
-        cells.slacks[i] = np.minimum(cells.slacks[i], slacks)
-        cells.peaks[i] = max(cells.peaks[i], motion.metrics["peak_contact"].value)
+        motions, cells.numbers[i] = program.settled(u), 0
+        with suppress(np.linalg.LinAlgError):  # at a fold
+            if motions is not None:
+                place = program.at(u, motions)
+                values, slacks = place.objective * program.unit, place.slacks
+                cells.objectives[i] = np.where(np.isfinite(values), values, np.inf)
+                slacks = np.where(np.isfinite(slacks), slacks, -np.inf).reshape(len(motions), -1)
+                cells.slacks[i] = slacks.min(axis=0, initial=np.inf) * program.sizes
+                cells.numbers[i] = [motion.period_number for motion in motions]
+                cells.peaks[i] = max(motion.metrics["peak_contact"].value for motion in motions)
 
 
 def settled(grid: Grid, states: Any, most: Any) -> Settled:

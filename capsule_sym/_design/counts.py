@@ -1,5 +1,7 @@
 """Allowed ranges of counts in optima, fronts and fits, for functions and commands."""
 
+MAX_SECONDS = 60.0
+"""Default limit of time of an optimum or a front: several times what a usual one takes."""
 SAMPLES = 1, 1_000_000
 """Cells of a survey."""
 FOLLOW = 1, 1_000

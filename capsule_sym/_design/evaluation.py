@@ -8,7 +8,8 @@ itinerary. No other module of the package names the source of the metrics.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
@@ -32,8 +33,7 @@ from capsule_sym._parameters import Scene, SceneParameters
 
 _BLOCK = 64  # excitation periods before the first test for a settled motion
 _PERIODS = 1024  # excitation periods within which a motion has to settle
-_SAME = 1e-6  # distance of two equal motions
-_NEUTRAL = 1e-9  # distance below 1 of a multiplier within rounding
+_NEUTRAL = 1e-9  # distance from 1 within which a multiplier is 1 up to rounding
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 
 
@@ -194,17 +194,16 @@ def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | N
         if found is not None and found.itinerary == motion.itinerary:
             return found
     orbit = motion.orbit
-    if orbit is None:
-        return None
     moved = _values(parameters) - _values(motion.parameters)
-    try:
-        guess = np.array(orbit.z, dtype=float) + orbit.by_parameter @ moved
-        solved = solve_itinerary(parameters, orbit.itinerary, guess.tolist())
-        if not solved.success:
-            solved = solve_itinerary(parameters, orbit.itinerary, list(orbit.z))
-    except np.linalg.LinAlgError:
-        return None
-    return Motion(parameters, None, orbit=solved) if solved.success else None
+    with suppress(np.linalg.LinAlgError):
+        for share in (1.0, 0.0):
+            if orbit is None:
+                break
+            guess = np.array(orbit.z, dtype=float) + share * orbit.by_parameter @ moved
+            solved = solve_itinerary(parameters, orbit.itinerary, guess.tolist())
+            if solved.success:
+                return Motion(parameters, None, orbit=solved)
+    return None
 
 
 def continue_motion(motion: Motion, parameters: SceneParameters, again: bool) -> Motion | None:
@@ -221,19 +220,3 @@ def continue_motion(motion: Motion, parameters: SceneParameters, again: bool) ->
     if found is not None and found.admissible:
         return found
     return settle(parameters, state, phase) if again or motion.found is None else None
-
-
-def agrees(one: Motion, other: Motion | None) -> bool:
-    """True if two motions at nearly the same parameters are equal."""
-    if other is None:
-        return False
-    return bool(alike(one, other.period_number, {k: v.value for k, v in other.metrics.items()}))
-
-
-def alike(motion: Motion, period_numbers: Any, metrics: Mapping[str, Any] | Performances) -> Any:
-    """Mask of motions that equal one at nearly the same parameters, by their metrics."""
-    same = period_numbers == motion.period_number
-    for name in ("progression", "work", "peak_force"):
-        value = motion.metrics[name].value
-        same = same & (abs(metrics[name] - value) <= _SAME * (1 + abs(value)))
-    return same

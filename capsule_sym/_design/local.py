@@ -12,16 +12,14 @@ from typing import Any, Protocol
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.program import Place
+from capsule_sym._design.program import CLOSE, Place
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, check_time
 
-_MOST = 80  # steps of SLSQP
-_EVALUATIONS = 100
-_PRECISE = 1e-11
+_EVALUATIONS = 100  # of one search: it takes 20 on a smooth piece
+_PRECISE = 1e-11  # units of the objective: accuracy required of SLSQP
 _LOST = 10.0  # units of the objective above the start, assigned where there is no motion
-_CLOSE = 1e-6  # of the bounds
-_STUCK = 8  # evaluations in a row without progress, as beside a border
+_STUCK = 8  # evaluations in a row at one place, as beside a border
 
 
 class _Enough(Exception):
@@ -63,19 +61,17 @@ class LocalSearch:
                 method="SLSQP",
                 bounds=bounds + [(None, None)] * self.levels,
                 constraints=[held] if len(self.first.slacks) or self.levels else (),
-                options={"maxiter": _MOST, "ftol": _PRECISE},
+                options={"maxiter": _EVALUATIONS, "ftol": _PRECISE},
             )
         return sorted(self.known.values(), key=lambda place: place.rank)
 
     def objective(self, x: Vector) -> tuple[float, Vector]:
         """Objective, or level, and its derivatives."""
-        slope = np.zeros(len(x))
         if self.levels:
-            slope[-1] = 1.0
-            return float(x[-1]), slope
+            return float(x[-1]), np.eye(len(x))[-1]
         found = self.place(x)
         if found is None:
-            return self.first.worst + _LOST, slope
+            return self.first.worst + _LOST, np.zeros(len(x))
         return found.worst, self.model.by_u(found.objective_by)[0]
 
     def limits(self, x: Vector) -> Vector:
@@ -98,19 +94,15 @@ class LocalSearch:
         """Place at variables, its motions continued from the nearest known place."""
         u = np.clip(x[: len(self.low)], self.low, self.high)
         if u.tobytes() not in self.known:
-            self.check(u)
+            check_time()
+            recent = [*self.known.values()][-_STUCK:]
+            stuck = len(recent) == _STUCK and all(abs(one.u - u).max() < CLOSE for one in recent)
+            if stuck or self.evaluations == _EVALUATIONS:
+                raise _Enough
+            self.evaluations += 1
             near = min(self.known.values(), key=lambda one: float(abs(one.u - u).max()))
             found = self.model.beside(near, u)
             if found is None:
                 return None
             self.known[u.tobytes()] = found
         return self.known[u.tobytes()]
-
-    def check(self, u: Vector) -> None:
-        """Count an evaluation, also without a motion; raises _Enough if there is no progress."""
-        check_time()
-        recent = [*self.known.values()][-_STUCK:]
-        stuck = len(recent) == _STUCK and all(abs(one.u - u).max() < _CLOSE for one in recent)
-        if stuck or self.evaluations == _EVALUATIONS:
-            raise _Enough
-        self.evaluations += 1

@@ -11,8 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from capsule_sym._design.counts import SAMPLES, SEED
-from capsule_sym._design.optimiser import Optimiser
+from capsule_sym._design.counts import MAX_SECONDS, SAMPLES, SEED
 from capsule_sym._design.optimum import Optimum
 from capsule_sym._design.program import AMONG, STARTS, Program, scenarios_of
 from capsule_sym._design.quantities import (
@@ -24,6 +23,7 @@ from capsule_sym._design.quantities import (
     limits_of,
     real,
 )
+from capsule_sym._design.search import Optimisation
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map import checks
 from capsule_sym._native import Watch
@@ -44,7 +44,7 @@ def optimise(
     among: str = STARTS,
     samples: int = 2048,
     seed: int = 0,
-    max_seconds: float = checks.SEARCH_SECONDS,
+    max_seconds: float = MAX_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Optimum:
     """Parameters at which a metric of the steady motion is greatest, or least.
@@ -96,7 +96,7 @@ def optimise(
         Number of points of the survey.
     seed : int, default 0, 0 to 10**12
         Seed of the survey and of the population.
-    max_seconds : float, default 600.0, above 0
+    max_seconds : float, default 60.0, above 0
         Time limit, in seconds of wall time.
     progress : callable, default None
         Function that is called with a text during the search.
@@ -138,10 +138,10 @@ def optimise(
         metric, over, base, maximise, subject_to, margin, starts, tolerances, progress, among
     )
     check_survey(samples, seed)
-    optimiser = Optimiser(program)
+    search = Optimisation(program)
     with Watch(checks.checked_seconds(max_seconds)):
-        optimiser.run(samples, seed)
-    return optimiser.result
+        search.run(samples, seed)
+    return search.result
 
 
 def program_of(

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym._design.borders import distances
-from capsule_sym._design.polish import BASIN, KINK, Rest
+from capsule_sym._design.polish import BASIN, KINK, LocalOptimum
 from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.quantities import System, of, values_of
 from capsule_sym._map.result import Result, brief, by_fields
@@ -146,29 +146,23 @@ class Optimum(Result):
         return super().to_dict() | {"parameters": values_of(self.system), "units": units}
 
 
-def optimum_of(rest: Rest) -> Optimum:
+def optimum_of(best: LocalOptimum) -> Optimum:
     """Result of a place."""
-    program, found, place, sides = rest.program, rest.found, rest.found.place, rest.sides
-    asked = rest.asked
+    program, found, place, sides = best.program, best.found, best.found.place, best.sides
+    count = best.n_constraints
     system, sign, unit = program.system_at(place.u), program.sign, program.unit
     metrics = of(place.motions[0].metrics, program.scenarios[0].system(system))
     value = sign * unit * place.worst + 0.0  # 0 without a sign
-    status, message = _told(rest)
-    slacks_by = place.slacks_by.copy()
-    if rest.at_margin:
-        slacks_by[:asked] = program.at(place.u, place.motions, every=True).slacks_by
-    slopes = sign * unit * (found.weights @ place.objective_by - found.multipliers @ slacks_by)
-    held = zip(
-        product(
-            range(len(program.scenarios)), zip(program.texts, program.sizes.tolist(), strict=True)
-        ),
-        place.slacks[:asked].tolist(),
-        found.multipliers[:asked].tolist(),
-        strict=True,
-    )
+    status, message = _status(best)
+    slopes = found.weights @ place.objective_by - found.multipliers @ place.slacks_by
+    scenarios = len(program.scenarios)
+    sizes = np.tile(program.sizes, scenarios)
+    slacks, forces = place.slacks[:count] * sizes, found.multipliers[:count] * unit / sizes
     constraints = [
-        Constraint(text, slack * size, multiplier * unit / size, multiplier > 0, scenario)
-        for (scenario, (text, size)), slack, multiplier in held
+        Constraint(text, float(slack), float(force), bool(force > 0), scenario)
+        for (scenario, text), slack, force in zip(
+            product(range(scenarios), program.texts), slacks, forces, strict=True
+        )
     ]
     ranges = program.high - program.low
     return Optimum(
@@ -188,7 +182,7 @@ def optimum_of(rest: Rest) -> Optimum:
             if place.u[i] in (0.0, 1.0)
         },
         slopes={
-            name: float(slopes[k])
+            name: sign * unit * float(slopes[k])
             for k, name in enumerate(names_of(system))
             if name not in program.names
         },
@@ -196,27 +190,27 @@ def optimum_of(rest: Rest) -> Optimum:
         itinerary=place.motions[0].itinerary,
         multiplier=max(motion.multiplier for motion in place.motions),
         tightest=_tightest(program, place),
-        border=tuple(side.name for side in sides) if rest.whole and sides else None,
-        sides=tuple(unit * side.slope for side in sides) if rest.whole and sides else None,
-        bifurcation=rest.bifurcation,
-        limit=sign * unit * rest.limit,
+        border=tuple(side.name for side in sides) if best.kkt_satisfied and sides else None,
+        sides=tuple(unit * side.slope for side in sides) if best.kkt_satisfied and sides else None,
+        bifurcation=best.bifurcation,
+        limit=sign * unit * best.limit,
     )
 
 
-def _told(rest: Rest) -> tuple[OptimumStatus, str]:
+def _status(best: LocalOptimum) -> tuple[OptimumStatus, str]:
     """Status of the result, and a sentence."""
-    if not rest.whole:
+    if not best.kkt_satisfied:
         message = "the best place found does not satisfy the conditions of an optimum"
         return OptimumStatus.NOT_CONVERGED, message
-    limit = f"{rest.program.sign * rest.program.unit * rest.limit:.9g}"
+    limit = f"{best.program.sign * best.program.unit * best.limit:.9g}"
     messages = {
         "": "an optimum on a border: it is worse on each side",
         BASIN: f"bounded by a basin boundary, beyond which the starts settle elsewhere, at {limit}",
         KINK: "bounded by borders that meet: none of many places beside it is better",
     }
-    stability = f"bounded by a border of stability, {rest.bifurcation}, with the limit {limit}"
-    if rest.bifurcation or rest.sides:
-        return OptimumStatus.OPTIMAL_AT_BORDER, messages.get(rest.bifurcation, stability)
+    stability = f"bounded by a border of stability, {best.bifurcation}, with the limit {limit}"
+    if best.bifurcation or best.sides:
+        return OptimumStatus.OPTIMAL_AT_BORDER, messages.get(best.bifurcation, stability)
     return OptimumStatus.OPTIMAL, "the conditions of an optimum hold"
 
 

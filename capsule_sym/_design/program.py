@@ -32,11 +32,14 @@ from capsule_sym._native import check_time
 from capsule_sym._parameters import names_of
 from capsule_sym._systems import factors_of
 
-_FAR = 0.25  # slack of stability above which no derivative is computed
 STARTS, STABLE = AMONG = "starts", "stable"
 """Motions to consider: those on which the given starts settle, or all stable ones."""
 KEPT = 1e-7
-"""Relative violation of a limit that counts as none."""
+"""Violation of a limit that counts as none, and difference of objectives that are the same, in
+their units: a run that has settled is as close to its motion."""
+CLOSE = 1e-6
+"""Distance of places that count as one, a share of each range: rounding is far below, and changes
+of an itinerary rarely are within it."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ class Place:
 
     The objective is to be minimised, over its unit; a slack is the distance to its limit, over its
     unit. `objective` is (m,), `slacks` (n,), in the order of scenarios, for each its limits, then
-    its stability. Derivatives of the stability are by the variables only.
+    its stability.
     """
 
     u: Vector
@@ -110,23 +113,6 @@ class Place:
         return self.beyond, self.worst
 
 
-class Exhausted(Exception):
-    """A search has used up its evaluations."""
-
-
-@dataclass
-class Budget:
-    """Evaluations that are left to a search on orbits' equations."""
-
-    left: int
-
-    def spend(self) -> None:
-        """Count one; raises Exhausted where none is left."""
-        self.left -= 1
-        if self.left < 0:
-            raise Exhausted
-
-
 @dataclass(frozen=True)
 class Program:
     """Minimise `sign` times a function of the metrics over variables between bounds."""
@@ -148,8 +134,6 @@ class Program:
     """Motions to consider: those from the "starts", or all "stable" ones."""
     progress: Callable[[str], object] | None = None
     """Called with messages of progress."""
-    budget: Budget | None = None
-    """Limit of a search's work; None for as much as it needs."""
     again: bool = True
     """True if a motion that is lost on the way to other variables is looked for by a run."""
     seeds: tuple[tuple[float, float, float], ...] = ()
@@ -193,10 +177,11 @@ class Program:
         found: Vector = by @ dimensionless_slopes(system) * scenario.weights(system)
         return found
 
-    def settled(self, u: Vector) -> tuple[Motion, ...] | None:
-        """Motions on which the scenarios' starts settle; None if one of them has none."""
-        pairs = zip(self.scenarios, self.systems_at(u), strict=True)
-        return _every(evaluation.settle(dimensionless(system), one.state) for one, system in pairs)
+    def settled(self, u: Vector, states: Matrix | None = None) -> tuple[Motion, ...] | None:
+        """Motions on which the scenarios' starts, or other states, settle; None if one has none."""
+        begin = [one.state for one in self.scenarios] if states is None else states.tolist()
+        pairs = zip(begin, self.systems_at(u), strict=True)
+        return _every(evaluation.settle(dimensionless(system), one) for one, system in pairs)
 
     def followed(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """Motions continued to other variables; None if one is lost."""
@@ -208,8 +193,6 @@ class Program:
 
     def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """The orbits of the same itineraries at other variables, admissible or not."""
-        if self.budget is not None:
-            self.budget.spend()
         pairs = zip(motions, self.systems_at(u), strict=True)
         return _every(
             evaluation.same_itinerary_at(one, dimensionless(system)) for one, system in pairs
@@ -230,34 +213,24 @@ class Program:
         """Place at other variables, its motions continued from a known one."""
         return self.place(u, self.followed(near.motions, u))
 
-    def at(self, u: Vector, motions: tuple[Motion, ...], every: bool = False) -> Place:
-        """Objective and slacks of motions at u.
-
-        Multipliers are differentiated by the variables only, unless by `every` parameter.
-        """
-        objective, slacks = list[tuple[float, Vector]](), list[tuple[float, Vector]]()
+    def at(self, u: Vector, motions: tuple[Motion, ...]) -> Place:
+        """Objective and slacks of motions at u."""
+        units = np.append(self.sign * self.unit, self.sizes)
+        values, slopes = [], []
         for one, motion, system in zip(self.scenarios, motions, self.systems_at(u), strict=True):
-            found, factors = of(motion.metrics, system), one.weights(system)
-            value, slope = valued("metric", self.function, found)
-            scale = self.sign / self.unit
-            objective.append((value * scale, slope * scale * factors))
-            held = [limit.slack(found) for limit in self.limits]
+            found = of(motion.metrics, system)
+            rows = [valued("metric", self.function, found)]
+            rows += [limit.slack(found) for limit in self.limits]
             if self.margin is not None:
                 slack = 1 - self.margin - motion.multiplier
-                by = dimensionless_slopes(system)
-                moved = np.any(by if every else self.by_u(by), axis=1)
-                held.append((slack, -multiplier_by(motion, moved & (slack < _FAR)) @ by))
-            slacks += [
-                (slack / size, slope * factors / size)
-                for (slack, slope), size in zip(held, self.sizes, strict=True)
-            ]
-        return Place(u, motions, *self._arrays(objective), *self._arrays(slacks))
-
-    def _arrays(self, rows: Sequence[tuple[float, Vector]]) -> tuple[Vector, Matrix]:
-        """Values (n,), and derivatives (n, k) by all parameters."""
-        count = len(names_of(self.system))
-        by = np.array([slope for _, slope in rows]).reshape(-1, count)
-        return np.array([value for value, _ in rows]), by
+                rows.append((slack, -multiplier_by(motion) @ dimensionless_slopes(system)))
+            values.append([value for value, _ in rows] / units)
+            slopes.append(np.stack([by for _, by in rows]) * one.weights(system) / units[:, None])
+        every_value, by = np.array(values), np.array(slopes)
+        slack_rows = by[:, 1:].reshape(-1, by.shape[-1])
+        return Place(
+            u, motions, every_value[:, 0], by[:, 0], every_value[:, 1:].ravel(), slack_rows
+        )
 
     @property
     def sizes(self) -> Vector:

@@ -16,23 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.program import Place
+from capsule_sym._design.program import CLOSE, Place
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import package
 
 Mask = NDArray[np.bool_]
 
-_AT_BOUND = 1e-6  # of a variable's range: at a bound
-_ACTIVE = (1e-8, 1e-5, 1e-2)  # slacks below which a constraint may be active, tried in turn
-_CHANGES = 8  # largest number of changes of the active set
-_STEPS = 10  # Newton steps with one active set: they converge in five, or not
-_ENOUGH, _DIVERGED = 1e-14, 1e4  # residual, and over the least one, at which the steps end
-_PARALLEL = 1e-12  # least ratio of singular values of the equations: constraints may be parallel
-_REACH = 0.1  # of the bounds: largest step of a variable
-_SHARES = (1.0, 0.999, 0.5, 0.1)  # shares of a step to try if an orbit is lost beyond
-_SOLVED = 1e-9  # largest residual of an optimum, and size below which a number has no sign
-_APART = 1e-5  # of the bounds, of differences of gradients, which have ten digits or more
-_FLAT = 1e-6  # size below which a negative curvature counts as none: error of the differences
+SOLVED = 1e-9
+"""Largest residual of an optimum, and size below which a multiplier has no sign; a share of the
+objective's unit, ten times above the rounding of gradients by an orbit's equations."""
+_ACTIVE = 1e-8, 1e-5, 1e-2  # slacks, in their units, below which constraints may be active, in turn
+_STEPS = 10  # steps of Newton's method, which doubles the digits: five suffice, or it diverges
+_ENOUGH = 1e-13  # residual that rounding leaves
+_DIFFERENCE = 1e-5  # share of the range: square root of the rounding of gradients, for differences
 
 
 class Slopes(Protocol):
@@ -69,31 +65,25 @@ class Stationary:
 
 
 def stationary(model: SmoothModel, place: Place) -> Stationary | None:
-    """Stationary place next to a place; None if an orbit is lost."""
-    found: Stationary | None = None
-    tried = set[bytes]()
+    """Stationary place next to a place; None if no active set has one."""
     for near in _ACTIVE:
         with suppress(np.linalg.LinAlgError):  # at a fold, or where an orbit is lost
-            own = _Conditions(model, place)
-            active = own.forces(own.at(own.u), near)[0] > _SOLVED
-            if active.tobytes() not in tried:
-                tried.add(active.tobytes())
-                found = own.solved(active)
-                if found.minimal:
-                    return found
-    return found
+            found = _Conditions(model, place).solved(near)
+            if found.minimal:
+                return found
+    return None
 
 
-def rough(model: Slopes, place: Place, near: float = _ACTIVE[-1]) -> Stationary:
+def balanced(model: Slopes, place: Place, near: float = _ACTIVE[-1]) -> Stationary:
     """Multipliers of the constraints near to 0 that balance the slopes best, and the residual.
 
     No equations are solved, so that several borders may coincide.
     """
     own = _Balance(model, place)
     forces, left = own.forces(place, near)
-    weights, limits = np.split(forces, [own.count])
+    limits = forces[own.count :]
     residual = max(left, float(limits @ place.slacks), -float(place.slacks.min(initial=0.0)))
-    return Stationary(place, weights, limits, own.pull(place, forces), residual, residual < _SOLVED)
+    return own.result(place, forces, residual, residual < SOLVED)
 
 
 class _Balance:
@@ -104,43 +94,41 @@ class _Balance:
 
     def __init__(self, model: Slopes, place: Place) -> None:
         self.by_u, self.count = model.by_u, len(place.objective)
-        self.u = np.where(place.u < _AT_BOUND, 0.0, np.where(place.u > 1 - _AT_BOUND, 1.0, place.u))
-        self.side = (self.u == 1.0).astype(int) - (self.u == 0.0)
+        low, high = place.u < CLOSE, place.u > 1 - CLOSE
+        self.u, self.side = np.where(low, 0.0, np.where(high, 1.0, place.u)), 1 * high - low
 
     def values(self, place: Place, level: float) -> Vector:
         """Values of the constraints (n,)."""
         return np.append(level - place.objective, place.slacks)
 
+    def rows(self, place: Place) -> Matrix:
+        """Derivatives of the constraints by the variables and the level, (n, k + 1)."""
+        by = np.vstack([-self.by_u(place.objective_by), self.by_u(place.slacks_by)])
+        return np.column_stack([by, np.arange(len(by)) < self.count])
+
     def gradient(self, place: Place, forces: Vector) -> Vector:
         """Derivatives of the negative Lagrangian by the variables and the level."""
-        by = self._rows(place)
-        return np.asarray(forces @ by - np.append(np.zeros(len(self.u)), 1.0))
-
-    def pull(self, place: Place, forces: Vector) -> Vector:
-        """Multipliers of the bounds, (k,): negative if the objective decreases away from one."""
-        found: Vector = self.side * self.gradient(place, forces)[:-1]
-        return found
+        goal = np.append(np.zeros(len(self.u)), 1.0)
+        return np.asarray(forces @ self.rows(place) - goal)
 
     def forces(self, place: Place, near: float) -> tuple[Vector, float]:
         """Multipliers >= 0 (n,) of constraints near 0 that balance the slopes, and the residual.
 
         Bounds of variables act as well; the multipliers of the objectives add up to 1.
         """
+        rows, goal = self.rows(place), np.append(np.zeros(len(self.u)), 1.0)
         chosen = np.flatnonzero(self.values(place, place.worst) < near)
-        held = np.flatnonzero(self.side)
-        bounds = np.zeros((len(held), len(self.u) + 1))
-        bounds[range(len(held)), held] = -self.side[held]
-        rows = np.vstack([self._rows(place)[chosen], bounds])
-        goal = np.append(np.zeros(len(self.u)), 1.0)
-        found, left = package("scipy.optimize").nnls(rows.T, goal)
-        forces = np.zeros(self.count + len(place.slacks))
+        bounds = -np.diag(np.append(self.side, 0))[self.side.nonzero()]
+        found, left = package("scipy.optimize").nnls(np.vstack([rows[chosen], bounds]).T, goal)
+        forces = np.zeros(len(rows))
         forces[chosen] = found[: len(chosen)]
         return forces, float(left)
 
-    def _rows(self, place: Place) -> Matrix:
-        """Derivatives of the constraints by the variables and the level, (n, k + 1)."""
-        by = np.vstack([-self.by_u(place.objective_by), self.by_u(place.slacks_by)])
-        return np.column_stack([by, np.arange(len(by)) < self.count])
+    def result(self, place: Place, forces: Vector, residual: float, minimal: bool) -> Stationary:
+        """Place with its multipliers."""
+        weights, limits = np.split(forces, [self.count])
+        bounds = self.side * self.gradient(place, forces)[:-1]
+        return Stationary(place, weights, limits, bounds, residual, minimal)
 
 
 class _Conditions(_Balance):
@@ -148,100 +136,71 @@ class _Conditions(_Balance):
 
     def __init__(self, model: SmoothModel, place: Place) -> None:
         super().__init__(model, place)
-        self.model, self.known = model, dict[bytes, Place]()
+        self.model = model
+        self.free = np.append(self.side == 0, True)
+        """Mask of the variables at no bound, and of the level."""
 
     def at(self, u: Vector) -> Place:
         """Place at variables; raises LinAlgError if an orbit is lost."""
-        if u.tobytes() not in self.known:
-            place = None
-            with suppress(InvalidInput):  # beyond the bounds, of a parameter that is not allowed
-                place = self.model.at(u)
-            if place is None or not place.finite:  # LAPACK prints a message where it is given a nan
-                raise np.linalg.LinAlgError("an orbit is lost")
-            self.known[u.tobytes()] = place
-        return self.known[u.tobytes()]
+        place = None
+        with suppress(InvalidInput):  # beyond the bounds, of a parameter that is not allowed
+            place = self.model.at(u)
+        if place is None:
+            raise np.linalg.LinAlgError("an orbit is lost")
+        return place
 
-    def solved(self, active: Mask) -> Stationary:
-        """Solution with the active constraints and bounds of a minimum."""
-        for _ in range(_CHANGES):
-            place, level, forces, residual = self._solution(active)
-            pull = self.pull(place, forces)
-            if np.any(pull < -_SOLVED):
-                # At a bound peaks of a force may be equal, as without a second spring, and rounding
-                # decides which of them has the gradient: it is that inside.
-                inside = self.at(place.u - _AT_BOUND * self.side)
-                pull = self.pull(inside, self._multipliers(inside, active))
-            over = (self.side == 0) & ((place.u < 0) | (place.u > 1))
-            loose = pull < -_SOLVED
-            beyond = ~active & (self.values(place, level) < -_SOLVED)
-            wrong = active & (forces < -_SOLVED) & (forces == forces.min())  # one by one
-            changes = over.any() or loose.any() or beyond.any() or wrong.any()
-            if not changes or residual > _SOLVED:
-                break
-            active = (active & ~wrong) | beyond
-            self.side = np.where(over, np.where(place.u > 1, 1, -1), np.where(loose, 0, self.side))
-            self.u = np.clip(place.u, 0.0, 1.0)
-        minimal = not changes and residual < _SOLVED and self._curved(place, active, forces)
-        weights, limits = np.split(forces, [self.count])
-        return Stationary(place, weights, limits, pull, residual, minimal)
-
-    def _solution(self, active: Mask) -> tuple[Place, float, Vector, float]:
-        """Place, level, multipliers and residual by Newton's method with active constraints."""
-        rows = np.append(self.side == 0, True)
-        free, none = rows.sum() - 1, np.zeros((active.sum(), active.sum()))
+    def solved(self, near: float) -> Stationary:
+        """Solution with the constraints that act near a place."""
         place = self.at(self.u)
-        level, best = place.worst, None
+        active = self.forces(place, near)[0] > SOLVED
+        place, level, forces, residual = self._newton(place, active)
+        found = self.result(place, forces, residual, False)
+        inside = bool(np.all(abs(place.u - 0.5) <= 0.5))
+        held = self.values(place, level).min() > -SOLVED
+        least = min(forces.min(), found.bounds.min())
+        if not (inside and held and least > -SOLVED and residual < SOLVED):
+            return found
+        return self.result(place, forces, residual, self._curved(place, active, forces))
+
+    def _newton(self, place: Place, active: Mask) -> tuple[Place, float, Vector, float]:
+        """Place, level, multipliers and residual of the best of the steps."""
+        level, best, none = place.worst, None, np.zeros((active.sum(), active.sum()))
         for _ in range(_STEPS):
-            by, forces = self._rows(place)[active][:, rows], self._multipliers(place, active)
-            slopes, values = self.gradient(place, forces)[rows], self.values(place, level)[active]
-            residual = np.append(slopes, values)
+            by, forces = self.rows(place)[active][:, self.free], np.zeros(len(active))
+            goal = np.eye(len(self.free))[-1][self.free]
+            forces[active] = np.linalg.lstsq(by.T, goal, rcond=None)[0]
+            slopes, values = self.gradient(place, forces), self.values(place, level)
+            residual = np.append(slopes[self.free], values[active])
             size = float(abs(residual).max())
-            if best is None or size < best[-1]:
-                best = place, level, forces, size
-            if size < _ENOUGH or size > _DIVERGED * best[-1]:
+            if best is not None and size >= best[-1]:
                 break
-            second = self._second(place, forces)[np.ix_(rows, rows)]
-            matrix = np.block([[second, by.T], [by, none]])
-            step = np.linalg.lstsq(matrix, -residual, rcond=_PARALLEL)[0][: free + 1]
-            step *= min(1.0, _REACH / max(abs(step[:-1]).max(initial=0.0), 1e-300))
-            place, share = self._moved(place, step[:-1])
-            level += share * step[-1]
+            best = place, level, forces, size
+            if size < _ENOUGH:
+                break
+            second = self._second(place, forces)
+            step = np.linalg.lstsq(np.block([[second, by.T], [by, none]]), -residual, rcond=None)[0]
+            u, level = place.u.copy(), level + step[self.free.sum() - 1]
+            u[self.side == 0] += step[: self.free.sum() - 1]
+            place = self.at(u)
         assert best is not None
         return best
 
-    def _multipliers(self, place: Place, active: Mask) -> Vector:
-        """Multipliers of the active constraints that balance the slopes best."""
-        found, rows = np.zeros(len(active)), np.append(self.side == 0, True)
-        by, goal = self._rows(place)[active][:, rows], np.eye(len(rows))[-1][rows]
-        found[active] = np.linalg.lstsq(by.T, goal, rcond=None)[0]
-        return found
-
-    def _moved(self, place: Place, step: Vector) -> tuple[Place, float]:
-        """Place after a step of the free variables, and the share of it where there is an orbit."""
-        for share in _SHARES:
-            u = place.u.copy()
-            u[self.side == 0] += share * step
-            with suppress(np.linalg.LinAlgError):
-                return self.at(u), share
-        raise np.linalg.LinAlgError("an orbit is lost")
-
     def _second(self, place: Place, forces: Vector) -> Matrix:
-        """Second derivatives of the negative Lagrangian, (k + 1, k + 1); 0 of variables at bounds.
-
-        They are differences of gradients.
-        """
-        found, here = np.zeros((len(self.side) + 1,) * 2), self.gradient(place, forces)
+        """Second derivatives of the negative Lagrangian by the free unknowns, by differences."""
+        found, here = np.zeros((len(self.free),) * 2), self.gradient(place, forces)
         for i in np.flatnonzero(self.side == 0):
-            for step in (_APART, -_APART, _APART**2, -(_APART**2)):
-                with suppress(np.linalg.LinAlgError):  # beyond a border
-                    beside = self.at(place.u + step * (np.arange(len(place.u)) == i))
-                    found[i] = (self.gradient(beside, forces) - here) / step
-                    break
-        return (found + found.T) / 2
+            along = _DIFFERENCE * np.eye(len(place.u))[i]
+            try:
+                beside = self.at(place.u + along)
+            except np.linalg.LinAlgError:  # beyond a fold
+                beside, along = self.at(place.u - along), -along
+            found[i] = (self.gradient(beside, forces) - here) / along[i]
+        symmetric: Matrix = ((found + found.T) / 2)[np.ix_(self.free, self.free)]
+        return symmetric
 
     def _curved(self, place: Place, active: Mask, forces: Vector) -> bool:
         """True if the Lagrangian's curvature along the active constraints is not negative."""
-        rows = np.append(self.side == 0, True)
-        along = package("scipy.linalg").null_space(self._rows(place)[active][:, rows])
-        second = along.T @ self._second(place, forces)[np.ix_(rows, rows)] @ along
-        return not along.size or bool(np.linalg.eigvalsh(-second).min() > -_FLAT)
+        along = package("scipy.linalg").null_space(self.rows(place)[active][:, self.free])
+        second = -along.T @ self._second(place, forces) @ along
+        # The error of the differences may make a curvature of 0 slightly negative.
+        return not along.size or bool(np.linalg.eigvalsh(second).min() > -CLOSE)

@@ -23,13 +23,13 @@ from capsule_sym._native import Watch, check_time, core_of, present
 from capsule_sym._parameters import SceneParameters
 from capsule_sym._processes import sobol
 
-_SHARE = 0.3  # of the time that is left: the survey's at most
+_SHARE = 0.3  # largest share of the time that is left, for the survey
 _WITHOUT_CORE = 8  # times fewer places where there is no core
 _ON_FACES = 1.5  # factor of every third place's distance from the middle, up to the bounds
 _MEMBERS = 12  # of the population, for each variable
 _NEIGHBOURS = 4  # of a place, for each variable, that a start of a search betters
-_APART = 0.02  # of the bounds: between two starts of searches
-_SETTLED = 1e-7  # deviation of the merits of a population, over their mean, at which it ends
+APART = 0.02
+"""Distance of two starts of searches, a share of each range: nearer ones end at one optimum."""
 
 
 def evolved(
@@ -63,7 +63,7 @@ class Survey:
         self.cells = unknown(program, np.empty((0, len(program.names))))
         self.unknown = ""
         """Number of unknown places, as a text; empty if there are none."""
-        self.given = list[int]()
+        self.started = list[int]()
         """Places at which searches started."""
         self.flat = ""
         """Reason why no place is better than another."""
@@ -92,9 +92,9 @@ class Survey:
         merit = self.cells.merit(self.program)
         return int(np.argmin(merit)) if len(merit) and merit.min() < np.inf else None
 
-    def look(self, u: Matrix, longer: int = 1) -> Vector:
+    def look(self, u: Matrix) -> Vector:
         """Merit of further places, which are kept."""
-        cells = evaluate(self.program, u, longer=longer)
+        cells = evaluate(self.program, u)
         check_time()
         self.cells = together([self.cells, cells])
         return cells.merit(self.program)
@@ -106,14 +106,8 @@ class Survey:
         order = order[np.isfinite(merit[order])]
         if len(order) < 5 or not generations or core_of(self.program.system.scene) is None:
             return  # the method takes five members
-        evolved(
-            self.look,
-            [(0.0, 1.0)] * k,
-            generations,
-            _SETTLED,
-            init=self.cells.u[order],
-            rng=len(self.cells),
-        )
+        begin = {"init": self.cells.u[order], "rng": len(self.cells)}
+        evolved(self.look, [(0.0, 1.0)] * k, generations, KEPT, **begin)
 
     def starts(self, most: int) -> list[int]:
         """The best places that none of their neighbours betters, at most so many.
@@ -128,10 +122,10 @@ class Survey:
         peaks = np.flatnonzero((merit <= merit[near].min(axis=1)) & np.isfinite(merit))
         chosen = list[int]()
         for i in peaks[np.argsort(merit[peaks], kind="stable")].tolist():
-            apart = [abs(self.cells.u[i] - self.cells.u[j]).max() for j in self.given]
-            if len(chosen) < most and min(apart, default=1.0) > _APART:
+            apart = [abs(self.cells.u[i] - self.cells.u[j]).max() for j in self.started]
+            if len(chosen) < most and min(apart, default=1.0) > APART:
                 chosen.append(i)
-                self.given.append(i)
+                self.started.append(i)
         return chosen
 
     def _scale(self) -> None:
@@ -168,15 +162,12 @@ class Survey:
             # In contact, or by a bias, a capsule may drift.
             same = len(moving) > 1 and np.isfinite(found[0]) and cells.beyond(program).min() <= KEPT
             return f"{said}, and nothing changes it" if same else ""
-        names = dict(zip(scene.facts.PARAMETERS, scene.facts.PARAMETERS, strict=True))
-        if not isinstance(program.system, SceneParameters):
-            names |= {tied: name for name, (tied, _) in scene.facts.DRIVEN.items()}
-        springs = [spring for _, spring in scene.facts.STOPS]
+        device = not isinstance(program.system, SceneParameters)
+        names = {tied: name for name, (tied, _) in scene.facts.DRIVEN.items()} if device else {}
+        gaps, springs = zip(*scene.facts.STOPS, strict=True)
         rows = Grid(program, program.scenarios[0], cells.u).rows
         if not rows[:, [scene.facts.PARAMETERS.index(one) for one in springs]].any():
-            stiffer = " or ".join(names[one] for one in springs)
+            stiffer = " or ".join(names.get(one, one) for one in springs)
             return f"{said}: the spring has no stiffness: raise {stiffer}"
-        lower = " or ".join(names[gap] for gap, _ in scene.facts.STOPS)
-        return (
-            f"{said}: the mass does not reach the spring: lower {lower} or raise {names['alpha']}"
-        )
+        lower, force = " or ".join(names.get(one, one) for one in gaps), names.get("alpha", "alpha")
+        return f"{said}: the mass does not reach the spring: lower {lower} or raise {force}"

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._design.front_points import SAME, Trade
+from capsule_sym._design.front_search import SAME, FrontPoint, FrontSearch
+from capsule_sym._design.front_survey import FrontSurvey
 from capsule_sym._design.optimise import program_of
-from capsule_sym._design.pareto import _Fronts
 from capsule_sym._design.quantities import function_of
-from capsule_sym._design.tradeoffs import Tradeoffs
 from tests.design.cells import metrics_of
 
 BOUNDS = {"alpha": (0.3, 2.0), "omega": (0.6, 1.2)}
@@ -252,102 +251,90 @@ def test_a_metric_that_is_not_finite_at_the_end_of_a_front_is_told() -> None:
     assert len(found.points) == 5
 
 
-def searched(limits: tuple[str, ...] = ()) -> tuple[_Fronts, Tradeoffs]:
+def searched(limits: tuple[str, ...] = ()) -> FrontSearch:
     """An empty front of alpha, to maximise, against omega over the unit square, and its survey."""
     over = {"alpha": (0.0, 1.0), "omega": (1.0, 2.0)}
     rest = ((0.0, 0.0, 0.0),)
     program = program_of("alpha", over, DAMPED, True, limits, None, rest, None)
     program = replace(program, limit_units=(1.0,) * len(limits))
-    fronts = _Fronts(program, function_of("against", "omega", program.system), 4)
-    return fronts, Tradeoffs(*(one.program for one in fronts.optimisers))
+    found = FrontSearch(program, function_of("against", "omega", program.system), 4)
+    found.survey = FrontSurvey(*(one.program for one in found.searches), 0)
+    return found
 
 
-def test_a_survey_has_its_fronts_and_the_best_within_bounds() -> None:
-    cells = searched()[1]
+def test_a_survey_has_its_front_and_the_best_within_bounds() -> None:
+    survey = searched().survey
     both = np.array([[3.0, 0.0], [1.0, 1.0], [2.0, 1.0], [1.0, 2.0], [0.0, 3.0], [2.5, 0.5]])
-    u = np.array([[0.0, 0.0], [0.2, 0.0], [0.24, 0.0], [0.4, 0.0], [0.6, 0.0], [0.8, 0.0]])
-    cells.add(u, both)
-    assert cells.front().tolist() == [0, 5, 1, 4]
-    assert cells.front(1).tolist() == [2, 3]
-    assert cells.front(5).tolist() == [2, 3]
-    assert cells.least(0, 1.0) == 1.0
-    assert cells.least(1, 0.99) == 3.0
-    assert cells.least(0, -1.0) == np.inf
+    u = np.array([[0.0, 0.0], [0.2, 0.0], [0.21, 0.0], [0.4, 0.0], [0.6, 0.0], [0.8, 0.0]])
+    survey.add(u, both)
+    assert survey.front(np.arange(6)).tolist() == [0, 5, 1, 4]
+    assert survey.front(np.array([2, 3, 4])).tolist() == [2, 3, 4]
     # The third place is next to the second.
-    assert [one[0] for one in cells.starts(0, 1.0, 3)] == [0.2, 0.8, 0.0]
-    assert [one[0] for one in cells.starts(1, 2.0, 2)] == [0.2, 0.4]
-    drawn = np.array([one[0] for _ in range(40) for one in cells.along(500)])
-    # Each front has its draws; the steps of the first are 1/3, 2/3 and 1 long.
-    first = drawn[~np.isin(drawn, (0.24, 0.4))]
-    assert 0.1 < len(first) / len(drawn) < 0.4
-    shares = [np.mean(first == one) for one in (0.0, 0.8, 0.2, 0.6)]
-    assert shares == pytest.approx([1 / 12, 3 / 12, 5 / 12, 3 / 12], abs=0.03)
+    assert [one[0] for one in survey.starts(0, 1.0, 3)] == [0.2, 0.8, 0.0]
+    assert [one[0] for one in survey.starts(1, 2.0, 2)] == [0.2, 0.4]
+    assert survey.starts(0, -1.0, 3) == []
 
 
 def test_places_of_a_survey_are_within_limits_and_beget_better_ones() -> None:
-    cells = searched(("alpha <= 0.5",))[1]
-    assert cells.values(np.array([[0.25, 0.5], [0.75, 0.5]])).tolist() == [
+    survey = searched(("alpha <= 0.5",)).survey
+    assert survey.values(np.array([[0.25, 0.5], [0.75, 0.5]])).tolist() == [
         [-0.25, 1.5],
         [np.inf, np.inf],
     ]
-    cells.survey(16, 0)
-    assert 0 < len(cells.u) < 16
-    before = -cells.least(0, 1.2)
-    cells.refine([1.2])
-    assert before < -cells.least(0, 1.2) <= 0.5
-    assert np.all(cells.u[:, 0] <= 0.5)
-    count = len(cells.u)
-    cells.evolve()
-    assert len(cells.u) > count
-    assert -cells.least(0, 1.001) > 0.49
+    survey.look(np.random.default_rng(0).uniform(size=(16, 2)))
+    count = len(survey.u)
+    assert 0 < count < 16
+    survey.evolve()
+    assert len(survey.u) > count
+    assert np.all(survey.u[:, 0] <= 0.5)
+    (best,) = survey.starts(0, 1.001, 1)
+    assert 0.49 < best[0] <= 0.5
 
 
 def test_points_of_a_front_are_worth_it_evenly_spaced_and_in_parts() -> None:
-    fronts = searched()[0]
-    fronts.ranges = np.array([2.0, 4.0])
+    search = searched()
+    search.ranges = np.array([2.0, 4.0])
 
-    def point(gain: float, cost: float, u: float = 0.5) -> Trade:
-        return Trade(np.array([u, u]), (-2 * gain, 4 * cost))
+    def point(gain: float, cost: float, u: float = 0.5) -> FrontPoint:
+        return FrontPoint(np.array([u, u]), (-2 * gain, 4 * cost), active="a smooth optimum")
 
-    low, high = fronts.ends = point(0, 0), point(1, 1)
+    low, high = search.ends = point(0, 0), point(1, 1)
     kept = [point(0.2, 0.1), point(0.4, 0.3), point(0.42, 0.6), point(0.6, 0.62), point(0.9, 0.9)]
     beaten = point(0.39, 0.5), point(0.4, 0.3 + SAME / 2)
     idle = point(0.2 + SAME / 2, 0.15), point(1 - SAME / 2, 0.95), point(0.5, 0.62 - SAME / 2)
-    fronts.found = [*kept, *beaten, *idle]
-    assert fronts.undominated == [low, *kept, high]
-    assert fronts.length(low, kept[0]) == pytest.approx(0.3)
-    assert [one.both[1] / 4 for one in fronts.thinned] == pytest.approx([0, 0.3, 0.62, 1])
-    fronts.gaps = [(kept[1], kept[2])]
-    assert fronts.gap(kept[1], kept[2])
-    assert fronts.gap(point(0.4, 0.3 - SAME / 2), point(0.42, 0.5))
-    assert not fronts.gap(point(0.4, 0.3 - 2 * SAME), kept[2])
-    assert not fronts.gap(kept[1], point(0.42, 0.4))
-    assert not fronts.gap(kept[1], kept[3])
-    assert fronts.thinned == [low, kept[1], kept[2], high]
-    first, second = fronts.parts(fronts.thinned)
+    search.found = [*kept, *beaten, *idle]
+    assert search.undominated == [low, *kept, high]
+    assert search.length(low, kept[0]) == pytest.approx(0.3)
+    assert [one.both[1] / 4 for one in search.thinned] == pytest.approx([0, 0.3, 0.62, 1])
+    search.gaps = [(kept[1], kept[2])]
+    assert search.gap(kept[1], kept[2])
+    assert search.gap(point(0.4, 0.3 - SAME / 2), point(0.42, 0.5))
+    assert not search.gap(point(0.4, 0.3 - 2 * SAME), kept[2])
+    assert not search.gap(kept[1], point(0.42, 0.4))
+    assert not search.gap(kept[1], kept[3])
+    assert search.thinned == [low, kept[1], kept[2], high]
+    first, second = search.parts(search.thinned)
     assert (first.first, first.last, second.first, second.last) == (0, 1, 2, 3)
-    assert first.begins == "the least omega"
-    assert first.ends.startswith("alpha is greatest")
-    assert second.begins.startswith("omega is least")
-    assert second.ends == "the greatest alpha"
-    assert fronts.parts([]) == ()
+    assert (first.begins, second.ends) == ("the least omega", "the greatest alpha")
+    assert first.ends == "alpha is greatest: a smooth optimum"
+    assert second.begins == "better than the branch before from there on"
+    assert search.parts([]) == ()
 
 
 def test_points_that_places_of_the_survey_better_are_searched_again() -> None:
-    fronts, fronts.cells = searched()
-    fronts.ranges = np.array([1.0, 2.0])
+    search = searched()
+    search.ranges = np.array([1.0, 2.0])
     u, every = (
         np.array([0.5, 0.5]),
         [(0.0, 0.0), (-0.2, 0.4), (-0.4, 0.8), (-0.6, 1.2), (-1.0, 2.0)],
     )
-    low, *fronts.found, high = (Trade(u, both) for both in every)
-    fronts.ends, asked = (low, high), []
-    gained = np.array([[-0.20005, 0.39], [-0.4002, 0.79]])
-    fronts.cells.refine = lambda costs: fronts.cells.add(np.stack([u, u]), gained)
-    fronts.best = lambda column, bound, near: asked.append((column, bound)) or Trade(u, (-0.7, 0.8))
-    fronts.mend()
+    low, *search.found, high = (FrontPoint(u, both) for both in every)
+    search.ends, asked = (low, high), []
+    search.survey.add(np.stack([u, u]), np.array([[-0.20005, 0.39], [-0.4002, 0.79]]))
+    search.best = lambda column, bound: asked.append((column, bound)) or FrontPoint(u, (-0.7, 0.8))
+    search.improve()
     assert asked == [(0, 0.8)]  # what is found betters the next point, too
-    assert [one.both[0] for one in fronts.undominated] == [0.0, -0.2, -0.7, -1.0]
+    assert [one.both[0] for one in search.undominated] == [0.0, -0.2, -0.7, -1.0]
 
 
 def test_a_gap_of_a_front_is_where_the_theory_says() -> None:

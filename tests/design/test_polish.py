@@ -5,16 +5,13 @@ import pytest
 from scipy.integrate import quad
 
 from capsule_sym import Parameters, continue_orbit, solve_orbit
-from capsule_sym._design import pieces
 from capsule_sym._design import polish as polish_module
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.optimise import program_of
-from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import optimum_of
-from capsule_sym._design.pieces import Piece
-from capsule_sym._design.polish import MARGIN, bifurcation_of, polish, with_limit
-from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._design.polish import MARGIN, bifurcation_of, polish
+from capsule_sym._design.search import Optimisation
 from capsule_sym._orbits.continuation.points.kinds import FOLD as FOLD_TYPE
 from capsule_sym._orbits.continuation.points.kinds import NEIMARK_SACKER, PERIOD_DOUBLING
 
@@ -66,8 +63,7 @@ def test_at_a_border_of_stability_the_limit_is_that_of_the_bifurcation(
     there = integral(event.orbit, lambda t, x: x[2]) / event.orbit.parameters.period
     there /= integral(event.orbit, drive_power) if "work" in metric else 1.0
     u = (base.delta - bounds[0]) / (bounds[1] - bounds[0])
-    rest = with_limit(polish(*at(metric, {"delta": bounds}, base, maximise, margin, u)))
-    found = optimum_of(rest)
+    found = optimum_of(polish(*at(metric, {"delta": bounds}, base, maximise, margin, u)))
     assert (found.status, found.bifurcation) == ("optimal-at-border", kind)
     assert found.limit == pytest.approx(there, rel=1e-6)
     assert found.multiplier == pytest.approx(1 - (margin or MARGIN), abs=1e-9)
@@ -90,7 +86,7 @@ def test_a_loss_of_stability_is_named_by_where_the_multiplier_leaves(
 
 def test_a_margin_that_the_best_keeps_by_itself_bounds_nothing() -> None:
     program, place = at("speed_per_work", {"alpha": (0.5, 1.2)}, Parameters(), True, 0.05)
-    found = optimum_of(with_limit(polish(program, place)))
+    found = optimum_of(polish(program, place))
     assert (found.status, found.bifurcation) == ("optimal", "")
     assert np.isnan(found.limit)
 
@@ -102,14 +98,14 @@ def test_an_optimum_close_to_a_border_is_one_inside() -> None:
     )
     over = {"delta": (0.92, 0.96), "omega": (0.55, 0.565)}
     program, place = at("velocity/work", over, base, False, u=[0.55, 0.51])
-    rest = polish(program, place)
-    found = optimum_of(rest)
+    best = polish(program, place)
+    found = optimum_of(best)
     assert (found.status, found.border) == ("optimal", None)
     assert found.residual < 1e-9
     assert 0 < found.tightest.distance < 0.01
     for way in np.vstack([np.eye(2), -np.eye(2)]):
-        beside = program.begin(rest.found.place.u + 1e-4 * way)
-        assert beside.worst > rest.found.place.worst
+        beside = program.begin(best.found.place.u + 1e-4 * way)
+        assert beside.worst > best.found.place.worst
 
 
 @pytest.mark.long
@@ -121,7 +117,7 @@ def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins()
     program = program_of("work", over, base, False, (), None, (REST,), None)
 
     def best(u):
-        return Optimiser(program).bettered(program.begin(np.array(u)))
+        return Optimisation(program).improved(program.begin(np.array(u)))
 
     one = best((0.2799, 0.9592))
     other = best((one.u[0] + 1e-3, one.u[1] - 1e-3))
@@ -138,26 +134,12 @@ def test_where_a_border_holds_a_place_the_pieces_beyond_are_looked_at() -> None:
     cells = [program.begin(np.array([u])) for u in np.linspace(0.01, 0.99, 50)]
     best = min(cells, key=lambda place: place.worst)
     far = next(one for one in cells if one.motions[0].itinerary != best.motions[0].itinerary)
-    rest = polish(program, far)
-    assert rest is not None
-    assert rest.whole
-    assert rest.found.place.worst <= best.worst
-    assert len({side.itineraries for side in rest.sides}) >= 2
-    assert min(side.slope for side in rest.sides) > 0
-
-
-def test_where_two_peaks_of_a_force_are_equal_each_of_them_is_a_constraint() -> None:
-    base = Parameters(alpha=1.654722, omega=0.314057, delta=0.5502924, zeta=0.021266992)
-    over = {"beta": (0.0, 30.0), "gamma": (0.5, 8.0)}
-    program, place = at("peak_force", over, base, False, u=[0.0093, 0.9949])
-    rest = polish(program, place)
-    assert rest is not None
-    assert rest.whole
-    assert (rest.found.weights > 1e-6).sum() == 2
-    assert optimum_of(rest).status == "optimal"
-    for way in np.random.default_rng(1).uniform(-1e-4, 1e-4, (20, 2)):
-        beside = program.begin(np.clip(rest.found.place.u + way, 0, 1))
-        assert beside.worst > rest.found.place.worst
+    held = polish(program, far)
+    assert held is not None
+    assert held.kkt_satisfied
+    assert held.found.place.worst <= best.worst
+    assert len({side.itineraries for side in held.sides}) >= 2
+    assert min(side.slope for side in held.sides) > 0
 
 
 @pytest.mark.long
@@ -175,26 +157,6 @@ def test_slopes_by_fixed_parameters_hold_at_a_margin() -> None:
         assert slope == pytest.approx((above.value - below.value) / (2 * step), abs=1e-7)
 
 
-def test_peaks_that_are_equal_to_the_last_bit_are_both_constraints(monkeypatch) -> None:
-    base = Parameters(alpha=1.654722, omega=0.314057, delta=0.5502924, zeta=0.021266992)
-    over = {"beta": (0.0, 30.0), "gamma": (0.5, 8.0)}
-    program, place = at("peak_force", over, base, False, u=[0.0093, 0.9949])
-    there = polish(program, place).found.place
-
-    def tied(motion, least):
-        found = known(motion, least)
-        largest = max(force.value for force in found.values())
-        near = {key for key, force in found.items() if force.value > largest - 1e-9}
-        assert len(near) == 2
-        return {
-            key: Slope(largest, found[key].slope) if key in near else found[key] for key in found
-        }
-
-    known = pieces._forces
-    monkeypatch.setattr(pieces, "_forces", tied)
-    assert len(Piece(program, there).peaks) == 2
-
-
 def test_each_start_has_to_lead_to_its_own_motion() -> None:
     base = Parameters(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
     starts = ((0.5, -0.9, -0.9), (0.4, 0.9, 0.1))
@@ -202,7 +164,7 @@ def test_each_start_has_to_lead_to_its_own_motion() -> None:
     place = program.begin(np.array([0.5]))
     first, second = place.motions
     assert first.metrics["velocity"].value * second.metrics["velocity"].value < 0
-    led = Optimiser(program).led
-    assert led([place]) == [place]
+    reach = Optimisation(program).starts_reach
+    assert reach(place)
     for motions in ((first, first), (second, second)):
-        assert led([program.place(place.u, motions)]) == []
+        assert not reach(program.place(place.u, motions))

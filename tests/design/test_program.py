@@ -13,7 +13,7 @@ from capsule_sym._design import survey as survey_module
 from capsule_sym._design.cells import evaluate
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.pieces import Piece
-from capsule_sym._design.stationary import rough, stationary
+from capsule_sym._design.stationary import balanced, stationary
 from capsule_sym._design.survey import Survey
 from capsule_sym._native import core
 from capsule_sym._processes import sobol
@@ -138,7 +138,7 @@ def test_multipliers_of_the_wrong_sign_make_no_minimum() -> None:
     motions = program.settled(u)
     assert motions is not None
     place = program.at(u, motions)
-    assert rough(program, place).bounds[0] < 0
+    assert balanced(program, place).bounds[0] < 0
     found = stationary(Piece(program, place), place)
     assert found is None or not found.minimal or found.place.u[0] > 0
 

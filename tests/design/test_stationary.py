@@ -41,12 +41,11 @@ def expected():
     return minimize(objective, CENTRE, constraints=limit, tol=1e-15, method="SLSQP")
 
 
-@pytest.mark.parametrize(("begin", "most"), [((0.72, 0.4, 0.6), 40), ((0.62, 0.35, 0.45), 100)])
-def test_newton_converges_along_a_curved_constraint(begin, most, expected) -> None:
+def test_newton_converges_along_a_curved_constraint(expected) -> None:
     model = Sphere()
-    found = stationary(model, model.at(np.array(begin)))
+    found = stationary(model, model.at(np.array([0.72, 0.4, 0.6])))
     assert found.minimal
     assert found.residual < 5e-13
-    assert model.calls <= most
+    assert model.calls <= 40
     np.testing.assert_allclose(found.place.u, expected.x, atol=1e-7)
     assert found.multipliers[0] > 0.1
