@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from capsule_sym._arrays import Vector
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.front import Front, FrontPart
+from capsule_sym._design.front_points import SAME, FrontPoint, FrontPoints, active_constraints
 from capsule_sym._design.front_survey import FrontSurvey
 from capsule_sym._design.optimum import Optimum, OptimumStatus, optimum_of
 from capsule_sym._design.program import Program
@@ -26,8 +27,6 @@ from capsule_sym._design.stationary import SOLVED
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._processes import sobol
 
-SAME = 1e-3
-"""Least difference of two points in both metrics, a share of the ranges of the front."""
 _CELLS = 4  # times as many places of both metrics as of one
 _STARTS = 2  # places of the survey from which a point is searched, besides its neighbours
 _SHORT = 0.2  # of the ranges, over the number of points: a tenth of the mean step
@@ -35,34 +34,14 @@ _FAR = 0.1  # share of each range, between drives that may be on different branc
 _ATTEMPTS = 2  # searches for each point of the front, at most
 
 
-@dataclass(eq=False)
-class FrontPoint:
-    """Point of a front, with both of its metrics in the sense of minimisation."""
-
-    u: Vector
-    both: tuple[float, float]
-    motions: tuple[Motion, ...] = ()
-    bound: float = math.nan
-    """Bound on the second metric, with which the first one is best."""
-    optimum: Optimum | None = None
-    slope: float = math.nan
-    """The front's slope there."""
-    active: str = ""
-    """Active constraints besides the bound on the other metric."""
-
-
-class FrontSearch:
-    """Points of a front between its ends, and the gaps between its parts."""
+class FrontSearch(FrontPoints):
+    """Search for the points of a front, from its ends inwards."""
 
     def __init__(self, program: Program, cost: Function, count: int) -> None:
         """`count` points are wanted of a program against a cost."""
         self.searches = Optimisation(program), Optimisation(replace(program, function=cost, sign=1))
-        self.count, self.short = count, _SHORT / count
-        self.ends: tuple[FrontPoint, ...] = ()
-        self.found: list[FrontPoint] = []
-        self.gaps: list[tuple[FrontPoint, FrontPoint]] = []
-        """Last point of a part and first point of the next."""
-        self.ranges, self.missed, self.done = np.ones(2), 0, False
+        super().__init__(count)
+        self.short, self.missed, self.done = _SHORT / count, 0, False
 
     @property
     def program(self) -> Program:
@@ -245,11 +224,7 @@ class FrontSearch:
             # All scenarios have this bound: it is relaxed for all of them.
             each = optimum.constraints[held :: held + 1 + (self.program.margin is not None)]
             point.slope = sum(one.multiplier for one in each) or math.nan
-        active = [f"{name} at its bound" for name, by in optimum.bounds.items() if by > 0]
-        active += [one.text for one in optimum.constraints[:held] if one.active]
-        if optimum.bifurcation or optimum.border is not None:
-            active.append(optimum.bifurcation or "the itinerary changes")
-        point.active = " and ".join(active) or "a smooth optimum"
+        point.active = active_constraints(optimum, held)
 
     def both(self, u: Vector, motions: tuple[Motion, ...]) -> tuple[float, float]:
         """Both metrics in the sense of minimisation, each for the worst of the scenarios."""
@@ -268,50 +243,6 @@ class FrontSearch:
         """True if a drive between those of two points is worse, by a share of a range."""
         both = self.survey.values(np.linspace(low.u, high.u, 5)[1:-1])
         return not bool(np.all(both <= np.maximum(low.both, high.both) + by * self.ranges))
-
-    def length(self, low: FrontPoint, high: FrontPoint) -> float:
-        """Length of the front between two points, in ranges of its metrics."""
-        return float(np.sum(abs(np.array(high.both) - low.both) / self.ranges))
-
-    def gap(self, low: FrontPoint, high: FrontPoint) -> bool:
-        """True if the step between two points is within a gap, and has its middle."""
-        near = SAME * self.ranges[1]
-        return any(
-            one.both[1] - near < low.both[1] <= (one.both[1] + other.both[1]) / 2 <= high.both[1]
-            and high.both[1] < other.both[1] + near
-            for one, other in self.gaps
-        )
-
-    @property
-    def undominated(self) -> list[FrontPoint]:
-        """Points that no other betters; between the ends each step is worth it in both metrics."""
-        kept = list[FrontPoint]()
-        for point in sorted([*self.ends, *self.found], key=lambda point: point.both[::-1]):
-            if kept:
-                gain, more = abs(np.array(point.both) - kept[-1].both) / self.ranges
-                if point.both[0] >= kept[-1].both[0] or (gain < SAME and point in self.found):
-                    continue
-                if min(gain, more) < SAME and kept[-1] in self.found:
-                    kept.pop()
-            kept.append(point)
-        return kept
-
-    @property
-    def thinned(self) -> list[FrontPoint]:
-        """Points, at most so many as wanted, without those that close the least steps."""
-        points = self.undominated
-        while len(points) > self.count:
-            steps = [
-                (self.length(before, after), i + 1)
-                for i, (before, one, after) in enumerate(
-                    zip(points, points[1:], points[2:], strict=False)
-                )
-                if not self.gap(before, one) and not self.gap(one, after)
-            ]
-            if not steps:
-                break
-            points.pop(min(steps)[1])
-        return points
 
     def has_motions(self, optimum: Optimum) -> bool:
         """True if an optimum has the orbits of all scenarios, and is within the limits."""
@@ -335,37 +266,7 @@ class FrontSearch:
     @property
     def result(self) -> Front:
         """Front with the points found."""
-        best, least = (one.result for one in self.searches)
-        if not self.ends:
-            if not self.done:
-                ends = [self.end(best, 0)] if self.has_motions(best) else []
-                message = "time limit reached: ends are missing"
-                return self._front(ends, OptimumStatus.TIME_LIMIT, message)
-            end = least if self.has_motions(best) else best
-            return self._front([], end.status, end.message)
-        kept = self.thinned
-        for point in kept:
-            if point.optimum is None:
-                self.polish(point, precise=False)
-        if len(kept) == 1:
-            return self._front(kept, OptimumStatus.OPTIMAL, "one point is best in both metrics")
-        found = counted(len(kept), "point")
-        if not self.done:
-            message = f"time limit reached: {found} of {self.count} were found"
-            return self._front(kept, OptimumStatus.TIME_LIMIT, message)
-        parts = len(self.parts(kept))
-        if parts > 1:
-            found += f" in {parts} parts"
-        rough = sum(not one.optimum.success for one in kept if one.optimum is not None)
-        lacks = [f"{rough} of them are not proved optima"] if rough else []
-        lacks += [f"{self.missed} were not found"] if self.missed else []
-        if lacks:
-            message = f"{found}: {' and '.join(lacks)}"
-            return self._front(kept, OptimumStatus.NOT_CONVERGED, message)
-        return self._front(kept, OptimumStatus.OPTIMAL, found)
-
-    def _front(self, points: Sequence[FrontPoint], status: OptimumStatus, message: str) -> Front:
-        """Result with these points."""
+        points, status, message = self._conclusion()
         return Front(
             metrics=self.names,
             maximised=self.program.sign < 0,
@@ -376,3 +277,31 @@ class FrontSearch:
             status=status,
             message=message,
         )
+
+    def _conclusion(self) -> tuple[list[FrontPoint], OptimumStatus, str]:
+        """Points to give, their status, and a message."""
+        best, least = (one.result for one in self.searches)
+        if not self.ends and self.done:
+            end = least if self.has_motions(best) else best
+            return [], end.status, end.message
+        if not self.ends:
+            ends = [self.end(best, 0)] if self.has_motions(best) else []
+            return ends, OptimumStatus.TIME_LIMIT, "time limit reached: ends are missing"
+        kept = self.thinned
+        for point in kept:
+            if point.optimum is None:
+                self.polish(point, precise=False)
+        if len(kept) == 1:
+            return kept, OptimumStatus.OPTIMAL, "one point is best in both metrics"
+        found, parts = counted(len(kept), "point"), len(self.parts(kept))
+        if not self.done:
+            message = f"time limit reached: {found} of {self.count} were found"
+            return kept, OptimumStatus.TIME_LIMIT, message
+        if parts > 1:
+            found += f" in {parts} parts"
+        rough = sum(not one.optimum.success for one in kept if one.optimum is not None)
+        lacks = [f"{rough} of them are not proved optima"] if rough else []
+        lacks += [f"{self.missed} were not found"] if self.missed else []
+        if lacks:
+            return kept, OptimumStatus.NOT_CONVERGED, f"{found}: {' and '.join(lacks)}"
+        return kept, OptimumStatus.OPTIMAL, found

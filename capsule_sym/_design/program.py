@@ -6,9 +6,11 @@ that of the worst scenario; limits hold in all scenarios.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -180,23 +182,28 @@ class Program:
     def settled(self, u: Vector, states: Matrix | None = None) -> tuple[Motion, ...] | None:
         """Motions on which the scenarios' starts, or other states, settle; None if one has none."""
         begin = [one.state for one in self.scenarios] if states is None else states.tolist()
-        pairs = zip(begin, self.systems_at(u), strict=True)
-        return _every(evaluation.settle(dimensionless(system), one) for one, system in pairs)
+        return self._each(u, begin, lambda state, p: evaluation.settle(p, state))
 
     def followed(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """Motions continued to other variables; None if one is lost."""
-        pairs = zip(motions, self.systems_at(u), strict=True)
-        return _every(
-            evaluation.continue_motion(one, dimensionless(system), self.again)
-            for one, system in pairs
-        )
+        return self._each(u, motions, partial(evaluation.continue_motion, again=self.again))
 
     def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """The orbits of the same itineraries at other variables, admissible or not."""
-        pairs = zip(motions, self.systems_at(u), strict=True)
-        return _every(
-            evaluation.same_itinerary_at(one, dimensionless(system)) for one, system in pairs
-        )
+        return self._each(u, motions, evaluation.same_itinerary_at)
+
+    def _each(
+        self, u: Vector, known: Sequence[Any], find: Callable[[Any, Any], Motion | None]
+    ) -> tuple[Motion, ...] | None:
+        """Motions found from what is known of each, and its parameters; None if one is missing."""
+        found = []
+        for one, system in zip(known, self.systems_at(u), strict=True):
+            check_time()
+            motion = find(one, dimensionless(system))
+            if motion is None:
+                return None
+            found.append(motion)
+        return tuple(found)
 
     def begin(self, u: Vector) -> Place | None:
         """Place with the motions of the scenarios' own starts; None if a start has no motion."""
@@ -245,14 +252,3 @@ class Program:
         if self.margin is not None:
             found.append(f"largest multiplier <= {1 - self.margin:g}")
         return tuple(found)
-
-
-def _every(motions: Iterable[Motion | None]) -> tuple[Motion, ...] | None:
-    """The motions of all scenarios; None if one is missing."""
-    found = []
-    for motion in motions:
-        check_time()
-        if motion is None:
-            return None
-        found.append(motion)
-    return tuple(found)

@@ -237,7 +237,7 @@ class Optimisation:
     def nowhere(self) -> Optimum:
         """Result if no start leads to a motion, or to one on which all limits are defined."""
         numbers = self.survey.cells.numbers
-        if np.all(numbers < 0):
+        if (numbers < 0).any(axis=1).all():
             return self.empty(OptimumStatus.TIME_LIMIT, "no place is known")
         if not np.any((numbers > 0).all(axis=1)):
             return self.empty(OptimumStatus.NO_MOTION, "no start leads to a periodic motion")

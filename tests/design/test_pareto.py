@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._design.front_search import SAME, FrontPoint, FrontSearch
+from capsule_sym._design.front_points import SAME, FrontPoint
+from capsule_sym._design.front_search import FrontSearch
 from capsule_sym._design.front_survey import FrontSurvey
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.quantities import function_of
