@@ -39,7 +39,7 @@ _BLOCK = 1024  # places between two looks at the time
 _FIRST, _LEAST, _MOST = 32, 64, 256
 _FOLDINGS = 25.0  # e-foldings of a transient by damping alone: 1e-11 of it is left
 _OPEN = 8  # switches in a stretch that the core cannot decide: with more of them a place is unknown
-_DRAWN = 2  # random states at each place, besides the starts, where all stable motions count
+_DRAWN = 2  # random states at each place, where all stable motions count: bounds their time
 
 
 class Grid:

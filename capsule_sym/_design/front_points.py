@@ -88,7 +88,7 @@ class FrontPoints:
 
 
 def active_constraints(optimum: Optimum, count: int) -> str:
-    """Active bounds, borders, and first `count` constraints of an optimum, in words."""
+    """Active bounds, borders, and first `count` constraints of an optimum, as a text."""
     active = [f"{name} at its bound" for name, by in optimum.bounds.items() if by > 0]
     active += [one.text for one in optimum.constraints[:count] if one.active]
     if optimum.bifurcation or optimum.border is not None:

@@ -27,11 +27,11 @@ from capsule_sym._design.stationary import SOLVED
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._processes import sobol
 
-_CELLS = 4  # times as many places of both metrics as of one
-_STARTS = 2  # places of the survey from which a point is searched, besides its neighbours
+_CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
+_STARTS = 2  # places of the survey from which a point is searched: two branches may compete
 _SHORT = 0.2  # of the ranges, over the number of points: a tenth of the mean step
-_FAR = 0.1  # share of each range, between drives that may be on different branches
-_ATTEMPTS = 2  # searches for each point of the front, at most
+_FAR = 0.1  # share of each range: twice the mean step of 20 points, more may be another branch
+_ATTEMPTS = 2  # searches for each point of the front, at most: so it ends
 
 
 class FrontSearch(FrontPoints):

@@ -16,9 +16,9 @@ from capsule_sym._design.program import CLOSE, Place
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, check_time
 
-_EVALUATIONS = 100  # of one search: it takes 20 on a smooth piece
+_EVALUATIONS = 100  # of one search, at most: beside a border a line search has no end
 _PRECISE = 1e-11  # units of the objective: accuracy required of SLSQP
-_LOST = 10.0  # units of the objective above the start, assigned where there is no motion
+_LOST = 10.0  # units of the objective: above the start by more than all variation, without a motion
 _STUCK = 8  # evaluations in a row at one place, as beside a border
 
 

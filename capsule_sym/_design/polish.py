@@ -38,9 +38,9 @@ a run needs a thousand periods there."""
 REACH = 0.05
 """Largest way of a search on one piece, a share of each range: further away it rarely exists."""
 _SEARCHES = 12  # of one piece, each from the end of the one before, at most: half of the bounds
-_PIECES = 6  # passed on the way to an optimum, at most
+_PIECES = 6  # passed on the way to an optimum, at most: each of six variables may cross a border
 _INSIDE = 1e-12  # share of each range: a result is so far within its border, 5,000 roundings
-_JUMP = 100  # times the change that the gradient explains: another motion
+_JUMP = 100  # times the change that the gradient explains: more is another motion, not a kink
 
 
 class Side(NamedTuple):

@@ -23,11 +23,11 @@ from capsule_sym._native import Watch, check_time, core_of, present
 from capsule_sym._parameters import SceneParameters
 from capsule_sym._processes import sobol
 
-_SHARE = 0.3  # largest share of the time that is left, for the survey
+_SHARE = 0.3  # share of the time that is left: searches and polish take the rest
 _WITHOUT_CORE = 8  # times fewer places where there is no core
 _ON_FACES = 1.5  # factor of every third place's distance from the middle, up to the bounds
 _MEMBERS = 12  # of the population, for each variable
-_NEIGHBOURS = 4  # of a place, for each variable, that a start of a search betters
+_NEIGHBOURS = 4  # places for each variable that a start betters: two to each side
 APART = 0.02
 """Distance of two starts of searches, a share of each range: nearer ones end at one optimum."""
 
