@@ -95,12 +95,12 @@ class Attractors(Result, Labelled):
 
     parameters: SceneParameters
     attractors: tuple[Attractor, ...]
-    numbers: NDArray[np.int16]
-    """Attractor number of each start, shape (n,)."""
     states: Vector
     """Start states (x_r, v_r, v_c), shape (n, 3)."""
     phases: Vector
     """Phases of the starts (times in the excitation period), shape (n,)."""
+    numbers: NDArray[np.int16]
+    """Attractor number of each start, shape (n,)."""
     periods: int
     """Excitation periods after which a run counts as unsettled."""
     status: Status
@@ -259,7 +259,8 @@ def attractors(
     with Watch(checked_seconds(max_seconds)):
         known.destination(np.zeros(total, np.intp), found, times, periods, report=report)
         status = Status.FINISHED
-    return Attractors(parameters, *collected(found.numbers, orbits), states, times, periods, status)
+    reached, numbers = collected(found.numbers, orbits)
+    return Attractors(parameters, reached, states, times, numbers, periods, status)
 
 
 def checked_starts(

@@ -62,18 +62,13 @@ class Basin:
         found: Vector = self._trajectory(np.clip(inside, first, end))
         return found
 
-    def phases(self, times: ArrayLike) -> Vector:
-        """Phases of the forcing at times, (n,) or a number."""
-        phases = np.mod(times, self.period)
-        return np.where(phases < self.period, phases, 0.0)
-
     def returns(self, times: ArrayLike, states: Vector) -> Vector:
         """Excitation periods until runs from states, (n, 3), return, inf if lost; (n,).
 
         A run whose end is unknown, as the core cannot decide it, counts as one that returns.
         """
         found, left, done = np.zeros(len(states)), np.arange(len(states)), 0
-        ends, phases, marks = states, self.phases(times), self.known.cycles[0][0]
+        ends, phases, marks = states, np.mod(times, self.period), self.known.cycles[0][0]
         for length in _LOOKS:
             rows = self.known.rows.repeat(len(ends), axis=0)
             run = run_rows(rows, ends, phases, length, self.known.scene, share=SHARE)
@@ -113,7 +108,7 @@ class Basin:
             if not line:  # both stick, in the same state
                 break
             ends = bisect(partial(self.lost, time), inside, outside, _TIGHT * self.size / line)
-            phases = self.phases([time, time])
+            phases = np.mod([time, time], self.period)
             pair = run_rows(rows, ends, phases, length, scene, keep="stroboscopic", share=SHARE)
             if not pair.success.all():
                 break

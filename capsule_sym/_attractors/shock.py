@@ -106,11 +106,8 @@ class Shock(Result):
             state = getattr(self, key)
             names = () if state is None else self.scene.facts.STATE
             found[key] = dict(zip(names, plain(state) or (), strict=True)) or None
-        for key, orbit in (
-            ("motion", self.orbit),
-            ("edge", self.edge),
-            ("attractor", self.attractor),
-        ):
+        orbits = {"motion": self.orbit, "edge": self.edge, "attractor": self.attractor}
+        for key, orbit in orbits.items():
             found[key] = None if orbit is None else _orbit_record(orbit)
         return {**self.scene.entry, **found}
 
@@ -217,29 +214,28 @@ def minimal_shock(
         raise InvalidInput("largest", largest, "a finite number > 0")
     watch, basin, beyond = Watch(checked_seconds(max_seconds)), Basin(orbit, others, periods), None
     search = KnockSearch(basin, units, largest, samples, seed, progress)
-    knock = phase = start = None
+    found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
     with watch:
         search.run()
         if search.best is not None:
             (time,), (state,) = search.starts(search.best[None])
-            given = state.tolist(), float(basin.phases(time)), basin.periods
-            beyond = solve_orbit(orbit.parameters, *given)
+            given = state.tolist(), float(np.mod(time, basin.period)), basin.periods
+            settled = solve_orbit(orbit.parameters, *given)
+            beyond = settled if settled.success else None
     if search.best is not None:
         times, (state,) = search.starts(search.best[None])
-        phase, (start,) = float(times[0]), basin.state(times)
-        knock = state - start
+        (start,) = basin.state(times)
+        found = {"knock": state - start, "phase": float(times[0]), "start": start}
     return Shock(
         orbit=basin.orbit,
         weights=tuple(weights),
         size=search.radius,
-        knock=knock,
-        phase=phase,
-        start=start,
         edge=search.edge,
-        attractor=(attractor := beyond if beyond is not None and beyond.success else None),
+        attractor=beyond,
         tried=search.tried,
         status=search.status,
-        message=_message(search, attractor),
+        message=_message(search, beyond),
+        **found,
     )
 
 
