@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -56,11 +57,11 @@ def spreads(
     rng, known = np.random.default_rng(seed), [part[np.isfinite(part)] for part in values[0].T]
     means = np.array([part.mean() if len(part) else math.nan for part in known])
     filled = np.where(np.isfinite(values), values, means).swapaxes(1, 2)
-    count = filled.shape[2]
-    resampled = [rng.integers(0, count, count) for _ in _RESAMPLED]
-    # First the samples themselves, then others drawn from them.
-    found = np.array([_indices(filled, some) for some in [np.arange(count), *resampled]])
-    varies = np.ptp(filled[:2], axis=(0, 2)) > 0
+    varies, count = np.ptp(filled[:2], axis=(0, 2)) > 0, filled.shape[2]
+    # The first output is given twice: for one output of one parameter SciPy returns no array.
+    twice = np.insert(filled, 0, filled[:, 0], axis=1)
+    drawn = (np.take(twice, rng.integers(0, count, count), axis=2) for _ in _RESAMPLED)
+    found = np.array([_indices(some) for some in chain([twice], drawn)])[:, :, 1:]
     found = np.where(varies[:, None], found, math.nan)
     low, *_, high = QUANTILES
     indices, ends = found[0], np.moveaxis(np.quantile(found[1:], (low, high), axis=0), 0, -1)
@@ -82,12 +83,12 @@ def spreads(
     )
 
 
-def _indices(values: NDArray[np.float64], some: Any) -> Matrix:
-    """Sobol's indices, of first order and total, from some of the samples, (2, metrics, k)."""
-    chosen = values[..., some]
-    # The first output is given twice: for one output of one parameter SciPy returns no array.
-    a, b, *ab = np.insert(chosen, 0, chosen[..., 0, :], axis=-2)
+def _indices(values: NDArray[np.float64]) -> Matrix:
+    """Sobol's indices, of first order and total, (2, metrics, k), from values (2 + k, metrics, n).
+
+    The metrics are two or more.
+    """
+    a, b, *ab = values
     sobol_indices: Any = package("scipy.stats").sobol_indices
-    found = sobol_indices(func={"f_A": a, "f_B": b, "f_AB": np.array(ab)}, n=len(some))
-    both = np.array([found.first_order, found.total_order]).reshape(2, len(a), len(ab))
-    return both[:, 1:]
+    found = sobol_indices(func={"f_A": a, "f_B": b, "f_AB": np.array(ab)}, n=a.shape[1])
+    return np.array([found.first_order, found.total_order]).reshape(2, len(a), len(ab))

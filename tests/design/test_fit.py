@@ -313,9 +313,10 @@ def test_a_poor_guess_of_the_frequency_comes_from_the_spectrum(omega) -> None:
     assert found.values["omega"] == pytest.approx(TRUE.omega, abs=1e-3)
 
 
-def test_an_unknown_at_its_bound_is_a_status() -> None:
-    how = {"state": START, "phase": PHASE, "bounds": {"alpha": (0.831, 1.0)}}
-    found = fit(series(count=60), TRUE.replace(alpha=0.9), ("alpha",), **how)
+@pytest.mark.parametrize(("guess", "ends"), [(0.9, (0.831, 1.0)), (0.8, (0.7, 0.829))])
+def test_an_unknown_at_its_bound_is_a_status(guess, ends) -> None:
+    how = {"state": START, "phase": PHASE, "bounds": {"alpha": ends}}
+    found = fit(series(count=60), TRUE.replace(alpha=guess), ("alpha",), **how)
     assert (found.status, found.success) == ("at-bound", False)
     assert "alpha at a bound" in found.message
 
