@@ -95,22 +95,7 @@ def test_the_jacobian_is_that_of_the_residuals(si) -> None:
     if si:
         data, state, phase = physical(names=("x_m", "v_c"))
         system = replace(DEVICE_TRUE, mu=0.26)
-        unknown = (
-            "M_m",
-            "M_c",
-            "k1",
-            "k2",
-            "c",
-            "G",
-            "P_d",
-            "Omega",
-            "mu",
-            "x_r",
-            "v_r",
-            "v_c",
-            "phase",
-            "x_c",
-        )
+        names = "M_m M_c k1 k2 c G P_d Omega mu x_r v_r v_c phase x_c"
     else:
         data, state, phase, system = (
             series(names=("x_r", "v_m")),
@@ -118,20 +103,8 @@ def test_the_jacobian_is_that_of_the_residuals(si) -> None:
             30.0,
             TRUE.replace(alpha=0.8),
         )
-        unknown = (
-            "alpha",
-            "omega",
-            "delta",
-            "zeta",
-            "beta",
-            "gamma",
-            "f_b",
-            "x_r",
-            "v_r",
-            "v_c",
-            "phase",
-            "x_c",
-        )
+        names = "alpha omega delta zeta beta gamma f_b x_r v_r v_c phase x_c"
+    unknown = tuple(names.split())
     for name in data:
         data[name][0] = data[name][0] if name == "t" else math.nan
     problem = problem_of(data, system, unknown, state, phase)
@@ -230,6 +203,20 @@ def test_a_robust_loss_accepts_a_guess_without_residuals(loss) -> None:
     found = fit(series(count=60), TRUE, ("alpha", "zeta"), state=START, phase=PHASE, loss=loss)
     assert found.status == "converged"
     assert found.noise < 1e-12
+
+
+def test_errors_of_a_robust_loss_are_those_of_huber() -> None:
+    """Robust Statistics (1981), section 7.6, with Cauchy's influence r/(1 + r^2)."""
+    data = series(noise=0.01, count=30, names=("x_m",))
+    data["x_m"][::6] += 0.3
+    whole = fit(data, TRUE, ("alpha", "zeta"), state=START, phase=PHASE, loss="cauchy")
+    found = whole.found
+    r, n, p = found.residuals / found.loss.scale, 30, 2
+    influence, slope = r / (1 + r**2), (1 - r**2) / (1 + r**2) ** 2
+    factor = 1 + p / n * slope.var() / slope.mean() ** 2
+    size = factor**2 * (influence @ influence) / (n - p) / slope.mean() ** 2
+    expected = found.loss.scale**2 * size * np.linalg.inv(found.jac.T @ found.jac)
+    assert whole.covariance == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_far_guess_is_found_by_many_starts() -> None:
