@@ -7,7 +7,7 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._orbits.continuation.branches import branch as branch_run
-from capsule_sym._orbits.continuation.families.family import least_between, least_slope_between
+from capsule_sym._orbits.continuation.families.stepping import least_between, least_slope_between
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from tests.orbits.branches import HIGH, LOW, downwards, hysteretic, settled, upwards

@@ -8,8 +8,8 @@ import pytest
 import capsule_sym as cs
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.curves.curve import CurveRun
+from capsule_sym._orbits.continuation.families.crossing import Continuation
 from capsule_sym._orbits.continuation.families.family import Problem, corrected
-from capsule_sym._orbits.continuation.families.stepping import Continuation
 from capsule_sym._orbits.continuation.parameter_paths import PathAxis
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
@@ -55,10 +55,9 @@ def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
         continuation = Continuation(Problem(numbers, axes), one.orbit, one.segment)
         u = continuation.unknowns(one.orbit)
         begin = continuation.state(u, -np.eye(len(u))[-1])
-        states = [begin]
+        states, run = [begin], CurveRun(continuation, kinds.GRAZING, 10)
         for _ in range(2):
-            states.append(continuation.advance(states[-1], 0.1, 0.1).state)
-        run = CurveRun(continuation, kinds.GRAZING, 2)
+            states.append(run.advance(states[-1], 0.1).state)
         old, new = states[1:]
         middle = corrected(continuation.evaluate, (old.u + new.u) / 2, new.u - old.u)
         assert middle is not None

@@ -15,17 +15,17 @@ from capsule_sym._arguments import checked
 from capsule_sym._errors import InvalidInput, check_one_of, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import brief
+from capsule_sym._orbits.continuation.families.crossing import Continuation, keeps_images
 from capsule_sym._orbits.continuation.families.family import (
     Ending,
     Event,
     Family,
     SmoothEvent,
     Spot,
-    Step,
     Stop,
 )
 from capsule_sym._orbits.continuation.families.rejoining import Rejoining
-from capsule_sym._orbits.continuation.families.stepping import Continuation, PathRun, keeps_images
+from capsule_sym._orbits.continuation.families.stepping import PathRun, Step
 from capsule_sym._orbits.continuation.parameter_paths import PathAxis
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import (
@@ -253,10 +253,11 @@ class BranchRun(PathRun):
     def failure(self, state: Spot) -> str:
         return failure_of(state)
 
-    def beyond(self, orbit: Orbit, along: Vector) -> tuple[Orbit, Spot] | None:
+    def beyond(self, old: Spot, orbit: Orbit, along: Vector) -> tuple[Orbit, Spot] | None:
         *_, change = along
         way, steepness = float(np.sign(change)), float(np.linalg.norm(along) / abs(change))
-        found = Rejoining(self.problem, orbit, way, steepness).junction()
+        itinerary = old.orbit.itinerary
+        found = Rejoining(self.problem, itinerary, orbit, way, steepness).junction()
         if found is None:
             return None
         continuation = self.continuation
@@ -269,7 +270,7 @@ class BranchRun(PathRun):
         return found.before, state
 
     def pass_unlocated(self, state: Spot, failed: str) -> Spot | None:
-        found = self.beyond(state.orbit, state.tangent)
+        found = self.beyond(state, state.orbit, state.tangent)
         if found is None:
             return None
         before, new = found
@@ -311,15 +312,13 @@ def labelled(found: Sequence[Bifurcation]) -> tuple[Bifurcation, ...]:
 
 def failure_of(state: Spot) -> str:
     """Reason why a state beyond an event is not admissible; empty if it is."""
-    itinerary = state.orbit.itinerary
-    failed = [one.named(itinerary) for one in state.held if one.value <= 0]
-    if failed:
-        return f"{' and '.join(failed)} fails in {itinerary} at once"
+    if state.failure:
+        return state.failure
     try:
         followed = is_admissible(whole_orbit(state.orbit))
     except InvalidInput as error:  # parameters that are not allowed
         return str(error)
-    return "" if followed else f"the map has another itinerary than {itinerary}"
+    return "" if followed else f"the map has another itinerary than {state.orbit.itinerary}"
 
 
 def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:

@@ -19,19 +19,19 @@ from capsule_sym._orbits.continuation.branches.branch import (
     failure_of,
     halves_apart,
 )
+from capsule_sym._orbits.continuation.families.crossing import (
+    Continuation,
+    Restart,
+    doubled_starts,
+    first_half,
+    vanishing,
+)
 from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
     Ending,
     Problem,
     Spot,
     Stop,
-)
-from capsule_sym._orbits.continuation.families.stepping import (
-    Continuation,
-    Restart,
-    doubled_starts,
-    first_half,
-    vanishing,
 )
 from capsule_sym._orbits.continuation.parameter_paths import (
     Function,

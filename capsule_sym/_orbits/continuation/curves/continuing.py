@@ -11,19 +11,19 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._orbits.continuation.curves.curve import Curve, CurveRun
+from capsule_sym._orbits.continuation.families.crossing import (
+    Continuation,
+    Restart,
+    doubled_starts,
+    keeps_images,
+    vanishing,
+)
 from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
     Ending,
     Problem,
     Spot,
     Stop,
-)
-from capsule_sym._orbits.continuation.families.stepping import (
-    Continuation,
-    Restart,
-    doubled_starts,
-    keeps_images,
-    vanishing,
 )
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath, PathAxis
 from capsule_sym._orbits.continuation.points import kinds

@@ -13,16 +13,16 @@ from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import brief
 from capsule_sym._native import TimeUp
+from capsule_sym._orbits.continuation.families.crossing import Continuation
 from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
     Ending,
     Event,
     SmoothEvent,
     Spot,
-    Step,
     Stop,
 )
-from capsule_sym._orbits.continuation.families.stepping import Continuation, PathRun
+from capsule_sym._orbits.continuation.families.stepping import PathRun, Step
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import (
     CodimensionTwoPoint,
@@ -143,7 +143,7 @@ class CurveRun(PathRun):
                 return Ending.CODIMENSION_TWO, where
         except TimeUp:
             return OUT_OF_TIME
-        if self.last and self.continuation.unlocated:
+        if self.last and self.unlocated:
             self._record_unlocated(self.last)
             return Ending.CODIMENSION_TWO, detail
         return ending, detail
@@ -273,7 +273,7 @@ class CurveRun(PathRun):
 
     def _record_unlocated(self, state: Spot) -> None:
         """Record the point where inequalities fail together, at the last state, as not solved."""
-        orbit, failed = state.orbit, " and ".join(self.continuation.unlocated)
+        orbit, failed = state.orbit, " and ".join(self.unlocated)
         width = self.problem.settings.least_step
         sizes = (abs(axis.width) * width for axis in self.problem.axes)
         here = EventSolution(orbit, self.continuation.segments, orbit.residual, tuple(sizes))

@@ -97,6 +97,13 @@ class Spot(NamedTuple):
         """True if all inequalities hold."""
         return all(one.value > 0 for one in self.held)
 
+    @property
+    def failure(self) -> str:
+        """Inequalities that do not hold, as a sentence; empty if all hold."""
+        itinerary = self.orbit.itinerary
+        failed = " and ".join(one.named(itinerary) for one in self.held if one.value <= 0)
+        return f"{failed} fails in {itinerary} at once" if failed else ""
+
 
 class SmoothEvent(NamedTuple):
     """Test function that vanishes between two states, and the share of the step at its zero.
@@ -119,16 +126,6 @@ class Event(NamedTuple):
     change: Exchange
     solution: EventSolution
     share: float
-
-
-class Step(NamedTuple):
-    """State after a step, the events on it in order, and the length of the next step to try."""
-
-    state: Spot
-    smooth: list[SmoothEvent]
-    event: Event | None
-    at_border: bool
-    next: float
 
 
 _ROUNDING = 2.0**-51
@@ -189,30 +186,6 @@ def corrected(
             if np.max(abs(found.at.residual)) <= settings.residual_tolerance * (1 + np.max(abs(u))):
                 break
     return found
-
-
-def least_between(ends: Vector, slopes: Vector) -> float:
-    """Least value on [0, 1] of the cubic with these values and derivatives at 0 and 1."""
-    return _least(_cubic(ends[1] - ends[0], slopes) + ends[0])
-
-
-def least_slope_between(chord: float, slopes: Vector) -> float:
-    """Least derivative on [0, 1] of the cubic with these derivatives at 0 and 1.
-
-    `chord` is the difference of its values at the ends.
-    """
-    return _least(_cubic(chord, slopes).deriv())
-
-
-def _cubic(chord: float, slopes: Vector) -> np.poly1d:
-    """Cubic that is 0 at 0 and `chord` at 1, with these derivatives there."""
-    first, last = slopes
-    return np.poly1d([first + last - 2 * chord, 3 * chord - 2 * first - last, first, 0.0])
-
-
-def _least(polynomial: np.poly1d) -> float:
-    inside = [float(at.real) for at in polynomial.deriv().r if at.imag == 0 and 0 < at.real < 1]
-    return float(min(polynomial(np.array([0.0, 1.0, *inside]))))
 
 
 # Other test functions that may vanish along a curve of a smooth bifurcation; a cusp is found

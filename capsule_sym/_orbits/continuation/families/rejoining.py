@@ -13,6 +13,7 @@ from capsule_sym._map import simulate
 from capsule_sym._orbits.continuation.families.family import Problem
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.equations import Vector
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import newton_orbit, orbit_at
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
@@ -23,7 +24,7 @@ _GAPS = 10.0 ** np.arange(-10, -3)
 _HALVINGS = 24
 """Halvings of the interval in which the itinerary changes: to rounding from the longest gap."""
 _LEAP = 10.0
-"""Change of an orbit over a gap, in units of what its tangent and a square root lead to."""
+"""Largest change of an orbit over a gap, in units of what its tangent leads to."""
 _TRANSIENT = 200
 """Excitation periods after which a run next to a stable orbit is on it."""
 
@@ -38,11 +39,15 @@ class Junction(NamedTuple):
 class Rejoining:
     """Search beyond an orbit of a branch, in the direction `way` of its parameter.
 
+    `itinerary` is that of the branch before the orbit, which may have segments of duration 0;
     `steepness` is the change of the orbit's unknowns over that of the parameter's coordinate.
     """
 
-    def __init__(self, problem: Problem, orbit: Orbit, way: float, steepness: float) -> None:
+    def __init__(
+        self, problem: Problem, itinerary: Itinerary, orbit: Orbit, way: float, steepness: float
+    ) -> None:
         (self.axis,), self.way, self.steepness = problem.axes, way, steepness
+        self.itinerary = itinerary.whole.cyclic
         self.orbit = whole_orbit(orbit)
         self.q = float(self.axis.share(self.orbit.values))
         self.number = self.orbit.itinerary.period_number
@@ -53,7 +58,7 @@ class Rejoining:
         here = self.orbit, 0.0
         for gap in _GAPS.tolist():
             found = self._at(gap)
-            if found is not None and not self._goes_on(found):
+            if found is not None and not self._same_itinerary(found):
                 return self._between(here, (found, gap))
             here = here if found is None else (found, gap)
         return None
@@ -66,7 +71,7 @@ class Rejoining:
             found = self._at(gap)
             if found is None:
                 break
-            if self._goes_on(found):
+            if self._same_itinerary(found):
                 before, below = found, gap
             else:
                 above = gap
@@ -76,9 +81,9 @@ class Rejoining:
         after = next((one for one in alike if tightest(one).value > 0), None)
         return None if after is None else Junction(before, after)
 
-    def _goes_on(self, found: Orbit) -> bool:
+    def _same_itinerary(self, found: Orbit) -> bool:
         """True if an orbit has the itinerary of the branch."""
-        return found.itinerary.cyclic == self.orbit.itinerary.cyclic
+        return found.itinerary.cyclic == self.itinerary
 
     def _at(self, gap: float) -> Orbit | None:
         """Admissible orbit so far beyond, if it is near.
@@ -93,7 +98,8 @@ class Rejoining:
             parameters = self.orbit.parameters.replace(**dict(zip(names, values, strict=True)))
         except InvalidInput:
             return None
-        near = _LEAP * (self.steepness * gap + math.sqrt(gap)) * (1 + abs(self.state).max())
+        # Beyond a grazing the orbit changes by the square root of the distance.
+        near = (_LEAP * self.steepness * gap + math.sqrt(gap)) * (1 + abs(self.state).max())
         found = _closed(parameters, self.state, self.number) if 0 <= q <= 1 else iter(())
         return next((one for one in found if self._apart(one) < near), None)
 
