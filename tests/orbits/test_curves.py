@@ -8,6 +8,7 @@ import pytest
 import capsule_sym as cs
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.curves.curve import CurveRun
+from capsule_sym._orbits.continuation.families import stepping
 from capsule_sym._orbits.continuation.families.crossing import Continuation
 from capsule_sym._orbits.continuation.families.family import Problem, corrected
 from capsule_sym._orbits.continuation.parameter_paths import PathAxis
@@ -35,8 +36,7 @@ def test_a_curve_joins_the_values_of_two_branches(kind: str) -> None:
     assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
     for point, gamma in ((curve.points[0], 3.0), (curve.points[-1], 3.3)):
         one = next(one for one in upwards(gamma).bifurcations if one.type == kind)
-        assert point.values[1] == pytest.approx(gamma, abs=1e-12)
-        assert point.values[0] == pytest.approx(one.value, abs=1e-12)
+        assert point.values == pytest.approx((one.value, gamma), abs=1e-12)
         assert point.line == one.line
     for point in curve.points:
         assert point.orbit.residual < 1e-12
@@ -74,8 +74,7 @@ def test_two_curves_meet_in_one_point() -> None:
     for kind in (kinds.SWITCHING, kinds.GRAZING_SLIDING):
         (here,) = (m for m in traced(kind).codimension_two if kinds.CROSSING in m.types)
         (there,) = (m for m in traced(kinds.CROSSING).codimension_two if kind in m.types)
-        assert here.types == there.types[::-1]
-        assert here.lines == there.lines[::-1]
+        assert (here.types, here.lines) == (there.types[::-1], there.lines[::-1])
         for k in range(2):
             error = here.uncertainties[k] + there.uncertainties[k]
             assert abs(here.values[k] - there.values[k]) <= error < 1e-11
@@ -85,16 +84,22 @@ def test_two_curves_meet_in_one_point() -> None:
 
 def test_the_order_of_events_changes_at_the_meeting() -> None:
     (meeting,) = (m for m in traced(kinds.SWITCHING).codimension_two if kinds.CROSSING in m.types)
-    alpha, gamma = meeting.values
-    for side, order in (
-        (-1e-4, [kinds.CROSSING, kinds.SWITCHING]),
-        (1e-4, [kinds.SWITCHING, kinds.CROSSING]),
-    ):
+    (alpha, gamma), below = meeting.values, [kinds.CROSSING, kinds.SWITCHING]
+    for side, order in ((-1e-4, below), (1e-4, below[::-1])):
         start = settled(alpha=alpha - 0.01, gamma=gamma + side)
         branch = cs.continue_orbit(start, "alpha", alpha + 0.005, points=10)
         assert [one.type for one in branch.bifurcations] == order
-        values = [one.value for one in branch.bifurcations]
-        assert values == pytest.approx([alpha, alpha], abs=1e-3)
+        assert [one.value for one in branch.bifurcations] == pytest.approx(2 * [alpha], abs=1e-3)
+
+
+def test_a_point_that_is_not_located_is_named_where_it_ends_a_curve(monkeypatch) -> None:
+    (meeting,) = (m for m in traced(kinds.SWITCHING).codimension_two if kinds.CROSSING in m.types)
+    monkeypatch.setattr(stepping, "first_event", lambda *arguments: None)
+    curve = traced.__wrapped__(kinds.SWITCHING)
+    (end,) = curve.codimension_two
+    assert (curve.success, end.success, end.failed) == (False, False, meeting.failed)
+    assert end.types == (kinds.SWITCHING, kinds.HIGHER.type)
+    assert np.all(abs(np.subtract(end.values, meeting.values)) <= end.uncertainties)
 
 
 @pytest.mark.parametrize(

@@ -145,7 +145,6 @@ class CurveRun(PathRun):
             return OUT_OF_TIME
         if self.last and self.unlocated:
             self._record_unlocated(self.last)
-            return Ending.CODIMENSION_TWO, detail
         return ending, detail
 
     def closes(self, old: Spot, new: Spot) -> bool:
@@ -158,7 +157,7 @@ class CurveRun(PathRun):
         if not 0 < share <= 1:
             return False
         there = self.continuation.corrected(old.u + share * step, step / np.linalg.norm(step))
-        near = self.problem.settings.closed_distance
+        near = self.settings.closed_distance
         return there is not None and bool(np.linalg.norm(there.u - first.u) < near)
 
     def check(self, old: Spot, step: Step) -> None:
@@ -203,7 +202,7 @@ class CurveRun(PathRun):
         if self.kind == kinds.NEIMARK_SACKER and resonance is not None:
             # Both multipliers of a rotation are 1 or -1.
             size = abs(evaluate_test_functions(orbit)[resonance])
-            near = size <= self.problem.settings.resonance_tolerance
+            near = size <= self.settings.resonance_tolerance
             name = resonance if near else name
         whole, places = orbit.itinerary.whole, (self._place(orbit, segment), kinds.EventType(name))
         self._record(found, places, (whole, whole), solved=one.solved)
@@ -254,7 +253,7 @@ class CurveRun(PathRun):
         At a degenerate point their durations are dependent: one vanishes with the next derivative
         of its guard.
         """
-        ill = max(found.uncertainties) >= self.problem.settings.singular_uncertainty
+        ill = max(found.uncertainties) >= self.settings.singular_uncertainty
         if len(found.segments) < 2 or not ill:
             return found
         return self._degenerate(found.orbit, found.segments) or found
@@ -268,14 +267,14 @@ class CurveRun(PathRun):
         z[[kinds.DURATIONS + segment for segment in segments]] = 0.0
         continuation = Continuation(self.problem, orbit, segments[0])
         found = continuation.solved(replace(orbit, z=z), (kinds.DEGENERATE,), segments)
-        near = self.problem.settings.degenerate_distance
+        near = self.settings.degenerate_distance
         return found if found is not None and max(abs(found.orbit.z - z)) < near else None
 
     def _record_unlocated(self, state: Spot) -> None:
-        """Record the point where inequalities fail together, at the last state, as not solved."""
+        """Record the point next to the last state where inequalities fail, as not solved."""
         orbit, failed = state.orbit, " and ".join(self.unlocated)
-        width = self.problem.settings.least_step
-        sizes = (abs(axis.width) * width for axis in self.problem.axes)
+        length = 2 * self.settings.least_step  # of the last step that was tried, at most
+        sizes = (abs(axis.width) * length for axis in self.problem.axes)
         here = EventSolution(orbit, self.continuation.segments, orbit.residual, tuple(sizes))
         places = self._place(orbit, self.continuation.zero_segment), kinds.HIGHER
         self._record(here, places, (orbit.itinerary.whole, None), failed, solved=False)
@@ -289,7 +288,7 @@ class CurveRun(PathRun):
         guess, segment = half
         family = Continuation(self.problem, guess, segment)
         found = family.solved(guess, (kinds.PERIOD_DOUBLING,), family.segments)
-        near = self.problem.settings.degenerate_distance
+        near = self.settings.degenerate_distance
         if found is None or abs(found.orbit.z - guess.z).max() > near:
             return False
         while self.codimension_two and not self.codimension_two[-1].success:
@@ -305,7 +304,7 @@ class CurveRun(PathRun):
         known = self.codimension_two[-1:]
         if own is None or orbit.itinerary.mirrored:
             return False
-        n, near = len(orbit.itinerary), self.problem.settings.degenerate_distance
+        n, near = len(orbit.itinerary), self.settings.degenerate_distance
         adjacent = [k for k in ((own - 1) % n, (own + 1) % n) if orbit.durations[k] < near]
         tried = (*((k, own) for k in adjacent), *((own, k) for k in adjacent), (own,))
         solutions = (self._degenerate(orbit, segments) for segments in tried)
