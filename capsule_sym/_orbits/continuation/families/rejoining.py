@@ -94,14 +94,14 @@ class Rejoining:
         q = self.q + self.way * gap
         values = self.axis.placed([float(value) for value in self.orbit.values], q)
         names = self.orbit.scene.facts.PARAMETERS
-        try:
-            parameters = self.orbit.parameters.replace(**dict(zip(names, values, strict=True)))
-        except InvalidInput:
-            return None
         # Beyond a grazing the orbit changes by the square root of the distance.
         near = (_LEAP * self.steepness * gap + math.sqrt(gap)) * (1 + abs(self.state).max())
-        found = _closed(parameters, self.state, self.number) if 0 <= q <= 1 else iter(())
-        return next((one for one in found if self._apart(one) < near), None)
+        try:
+            parameters = self.orbit.parameters.replace(**dict(zip(names, values, strict=True)))
+            found = _closed(parameters, self.state, self.number) if 0 <= q <= 1 else iter(())
+            return next((one for one in found if self._apart(one) < near), None)
+        except InvalidInput:  # of parameters, or of a state that Newton's method leads to
+            return None
 
     def _apart(self, orbit: Orbit) -> float:
         """Least distance between the orbits' states at phase 0."""
