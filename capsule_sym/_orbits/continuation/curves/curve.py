@@ -121,8 +121,8 @@ _SADDLES = "the multipliers of product 1 are real"
 class CurveRun(PathRun):
     """One half of a curve of a bifurcation type, from a state of a continuation."""
 
-    _ended = False
-    """True if no orbit continues the curve beyond its last codimension-two point."""
+    _crossing = False
+    """True between a codimension-two point and the next point of the curve."""
 
     def __init__(self, continuation: Continuation, kind: str, points: int) -> None:
         super().__init__(continuation, points, continuation.settings.most_curve_points)
@@ -135,14 +135,17 @@ class CurveRun(PathRun):
         ending, detail = self.follow(lambda: first)
         if ending not in (Ending.NOT_CONVERGED, Ending.NO_ADMISSIBLE_ORBIT):
             return ending, detail
+        named = any(point.itinerary_after is None for point in self.codimension_two[-1:])
+        ends = () if named else (self._ends_halved, self._ends_in_point)
         try:
-            if self._ended:
-                return Ending.CODIMENSION_TWO, detail
-            if self.last and (self._ends_halved(self.last) or self._ends_in_point(self.last)):
+            if self.last and any(end(self.last) for end in ends):
                 where = self.problem.where(self.codimension_two[-1].orbit)
                 return Ending.CODIMENSION_TWO, where
         except TimeUp:
             return OUT_OF_TIME
+        if self._crossing:
+            self.codimension_two[-1] = replace(self.codimension_two[-1], itinerary_after=None)
+            return Ending.CODIMENSION_TWO, detail
         if self.last and self.unlocated:
             self._record_unlocated(self.last)
         return ending, detail
@@ -183,6 +186,7 @@ class CurveRun(PathRun):
             status=OrbitStatus.CONVERGED if solved else OrbitStatus.NOT_CONVERGED,
         )
         self.points.append(point)
+        self._crossing = False
 
     def _place(self, orbit: Orbit, segment: int | None) -> kinds.EventType:
         if segment is None:
@@ -231,6 +235,9 @@ class CurveRun(PathRun):
         )
         self.codimension_two.append(point)
 
+    def failure(self, state: Spot) -> str:
+        return ""  # a degenerate point may be next to this one: `add` has the inequalities
+
     def record_event(
         self, event: Event, old: Spot, new: Spot, beyond: Spot | None, failed: str
     ) -> Orbit:
@@ -238,7 +245,7 @@ class CurveRun(PathRun):
         at, segment = found.orbit, None if self.continuation.critical else found.segments[0]
         places = self._place(at, segment), self._place(at, event.segment)
         after = beyond and beyond.orbit.itinerary.whole
-        known, self._ended = self.codimension_two, after is None
+        known, self._crossing = self.codimension_two, True
         if known and known[-1].at(self._values(at)):
             if known[-1].types[1] == kinds.DEGENERATE:
                 known.pop()
