@@ -16,6 +16,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 HOUSES = ("paper", "benchmarks")
 TOOL = "capsule_sym"
+MODULES = ("figures", "inputs", "orbits", "results")
+"""Modules of public names, beside those of scenes."""
+PUBLIC = {f"{TOOL}.{name}" for name in (*MODULES, "scenes")}
 _EXPORTED = "imported to be exported"  # comment of a module that is an interface
 
 
@@ -26,11 +29,11 @@ def imported(text: str) -> Iterator[str]:
             yield from (
                 one.name
                 for one in node.names
-                if one.name.startswith(f"{TOOL}.") and one.name != f"{TOOL}.scenes"
+                if one.name.startswith(f"{TOOL}.") and one.name not in PUBLIC
             )
         elif isinstance(node, ast.ImportFrom) and not node.level:
             home = node.module or ""
-            if home.partition(".")[0] == TOOL:
+            if home.partition(".")[0] == TOOL and home not in PUBLIC:
                 yield from (_module(home, one.name) for one in node.names if home != TOOL)
                 yield from (f"{TOOL}.{n.name}" for n in node.names if home == TOOL and _hidden(n))
 

@@ -1,8 +1,14 @@
 """The exact three-dimensional map of a piecewise-linear capsule system with bidirectional drifts.
 
 All public names are imported on first use, so importing the package costs almost nothing. They are
-listed in `__init__.pyi`, which type checkers read as well.
+listed in `__init__.pyi`, which type checkers read as well. Further ones are in `figures`, `inputs`,
+`orbits`, `results` and `scenes`.
 """
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
 
 # Modules that cannot be imported without an extra; others raise when they are called.
 _NEEDS = {
@@ -16,75 +22,104 @@ _NEEDS = {
     ),
     "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.results"),
 }
-
-
 # Not a cache of functools: its import would come before Ctrl-C has its handler in `__main__`.
-_modules: dict[str, str] = {}
+_homes: dict[str, dict[str, str]] = {}
 
 
-def _homes() -> dict[str, str]:
-    """Module of each public name."""
-    if not _modules:
+def _names_of(module: str, loader: "Any", file: str) -> dict[str, str]:
+    """Module behind each name of the stub beside a public module; "" for a public module."""
+    if module not in _homes:
         import re
 
         # The loader finds it in an archive too, and pathlib takes longer to import.
-        stub = __loader__.get_data(f"{__file__.rpartition('.')[0]}.pyi").decode()
-        found = re.findall(rf"from {__name__}\.(\S+) import \(?\s*(\w+) as", stub)
-        _modules.update((name, module) for module, name in found)
-    return _modules
+        stub = loader.get_data(f"{file.rpartition('.')[0]}.pyi").decode()
+        found = re.findall(r"from capsule_sym\.?(\S*) import \(?\s*(\w+) as", stub)
+        _homes[module] = {name: home for home, name in found}
+    return _homes[module]
 
 
-def __getattr__(name: str) -> object:
+def _attach(
+    module: str, loader: "Any", file: str
+) -> "tuple[Callable[..., Any], Callable[..., Any]]":
+    """The functions `__getattr__` and `__dir__` of a public module."""
+
+    def get(name: str) -> object:
+        import sys
+
+        known = _names_of(module, loader, file)
+        if name == "__all__":
+            return _installed(known)
+        if name not in known:
+            from capsule_sym._errors import suggestion
+
+            homes = [f"; it is in {one}" for one in _homes_of(name)]
+            more = "" if name[0] == "_" else [*homes, suggestion(name, known)][0]
+            raise AttributeError(f"module {module!r} has no attribute {name!r}{more}")
+        found = _imported(module, known[name], name)
+        setattr(sys.modules[module], name, found)
+        return found
+
+    return get, lambda: sorted(_names_of(module, loader, file))
+
+
+def _homes_of(name: str) -> "list[str]":
+    """Public modules with a name."""
     from importlib import import_module
 
-    if name in (homes := _homes()):
-        try:
-            found: object = getattr(import_module(f"{__name__}.{homes[name]}"), name)
-        except ModuleNotFoundError as missing:
-            if str(missing.name).startswith(__name__):
-                raise
-            from capsule_sym._errors import NotInstalled
+    modules = (f"capsule_sym.{one}" for one in ("figures", "inputs", "orbits", "results"))
+    return [one for one in ("capsule_sym", *modules) if name in dir(import_module(one))]
 
-            raise NotInstalled(missing) from missing
-        except ValueError as error:
-            if not str(error).startswith("Key backend"):
-                raise
-            import os
 
-            from capsule_sym._errors import InvalidInput
+def _imported(public: str, home: str, name: str) -> object:
+    """A name of a module; functions check their arguments."""
+    from importlib import import_module
 
-            backend = os.environ.get("MPLBACKEND")
-            raise InvalidInput("MPLBACKEND", backend, "a backend of Matplotlib") from error
-        if isinstance(found, type(_homes)):  # a function
-            from capsule_sym._arguments import checked
+    try:
+        if not home:
+            return import_module(f"capsule_sym.{name}")
+        found: object = getattr(import_module(f"capsule_sym.{home}"), name)
+    except ModuleNotFoundError as missing:
+        if str(missing.name).startswith("capsule_sym"):
+            raise
+        from capsule_sym._errors import NotInstalled
 
-            found = checked(found)
-            found.__module__ = __name__  # where pickle finds it
-    elif name == "scenes":
-        found = import_module(f"{__name__}.scenes")
-    elif name == "__version__":
-        from importlib.metadata import version
+        raise NotInstalled(missing) from missing
+    except ValueError as error:
+        if not str(error).startswith("Key backend"):
+            raise
+        import os
 
-        found = version("capsule-sym")
-    elif name == "__all__":
-        # Names available to `from capsule_sym import *`: one whose dependency is missing would make
-        # the whole import fail.
-        from importlib.util import find_spec
+        from capsule_sym._errors import InvalidInput
 
-        absent = {one for need, some in _NEEDS.items() if find_spec(need) is None for one in some}
-        found = [
-            "__version__",
-            "scenes",
-            *sorted(n for n, module in homes.items() if module not in absent),
-        ]
-    else:
-        from capsule_sym._errors import suggestion
+        backend = os.environ.get("MPLBACKEND")
+        raise InvalidInput("MPLBACKEND", backend, "a backend of Matplotlib") from error
+    if isinstance(found, type(_attach)):  # a function
+        from capsule_sym._arguments import checked
 
-        more = suggestion(name, homes) if name[0] != "_" else ""
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{more}")
-    globals()[name] = found
+        found = checked(found)
+        found.__module__ = public  # where pickle finds it
     return found
 
 
+def _installed(known: dict[str, str]) -> list[str]:
+    """Names available to `import *`: a missing dependency would make the whole import fail."""
+    from importlib.util import find_spec
+
+    absent = {one for need, some in _NEEDS.items() if find_spec(need) is None for one in some}
+    return sorted(name for name, home in known.items() if home not in absent)
+
+
+_get, _dir = _attach(__name__, __loader__, __file__)
+
+
+def __getattr__(name: str) -> object:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("capsule-sym")
+    found = _get(name)
+    return ["__version__", *found] if name == "__all__" else found
+
+
 def __dir__() -> list[str]:
-    return ["__version__", "scenes", *sorted(_homes())]
+    return ["__version__", *_dir()]

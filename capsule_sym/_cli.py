@@ -66,8 +66,6 @@ class CommandGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args and args[0] in _MOVED and args[0] not in self.commands:
-            raise click.UsageError(f"{args[0]} has moved: {_MOVED[args[0]]}")
         name, command, rest = super().resolve_command(ctx, args)
         if isinstance(command, _LazyCommand):
             command = getattr(import_module(command.module), (command.name or "").replace("-", "_"))
@@ -102,15 +100,6 @@ def group(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-_MOVED = {
-    "paper": "python -m paper case-study",
-    "report": "python -m paper report",
-    "enclose": "python -m paper enclose",
-    "bench": "python -m benchmarks bench",
-    **dict.fromkeys(("design", "steer"), "capsule-sym optimise, and continue_orbit in Python"),
-    "sweep-info": "capsule-sym sweep --info",
-}
-"""Commands that have moved, each with the command of today."""
 for _name, _module, _text in (
     ("run", "run", "Run the map and show its steady motion."),
     ("orbit", "orbit", "Solve for a periodic orbit, or search for all."),

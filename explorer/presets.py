@@ -6,7 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from capsule_sym import Bifurcation, Orbit, Parameters, continue_orbit, solve_orbit
+from capsule_sym import Parameters, continue_orbit, solve_orbit
+from capsule_sym.results import Bifurcation, Orbit
 from paper.printed import read, row_at
 from paper.study.casestudy import GAMMAS, PANELS
 from paper.study.thresholds import FIRST, LAST, PRINTED

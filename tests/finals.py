@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym import Parameters, Trajectories, simulate_many
+from capsule_sym import Parameters, results, simulate_many
 from capsule_sym.generated.capsule.facts import PARAMETERS
 
 
@@ -18,6 +18,6 @@ def parameter_rows(base: Parameters, **columns: ArrayLike) -> NDArray[np.float64
     return rows
 
 
-def final_states(rows: NDArray[np.float64], *start: Any, **more: Any) -> Trajectories:
+def final_states(rows: NDArray[np.float64], *start: Any, **more: Any) -> results.Trajectories:
     """The runs of rows of parameters, of which only the ends are kept."""
     return simulate_many(rows, *start, keep="final", **more)

@@ -23,6 +23,7 @@ import capsule_sym as cs
 from capsule_sym import CapsuleError
 from capsule_sym._errors import counted
 from capsule_sym._figures.computed import branch_record
+from tests.public import PUBLIC
 from tests.sampling import ALL
 
 _BOX = {"x_r": (-1.0, 1.0), "v_r": (-1.0, 1.0)}
@@ -35,7 +36,7 @@ _CASES = {
     "run": "cs.simulate(p, periods=3)",
     "runs": "cs.simulate_many([p, p], periods=3)",
     "orbit": "cs.solve_orbit(p)",
-    "none": "cs.solve_itinerary(p, cs.Itinerary.parse('52'), [math.nan] * 6)",
+    "none": "solve_itinerary(p, Itinerary.parse('52'), [math.nan] * 6)",
     "itinerary": "orbit.itinerary",
     "branch": "cs.continue_orbit(orbit, 'alpha', 0.4, points=5)",
     "record": "branch_record(branch)",
@@ -43,22 +44,22 @@ _CASES = {
     "curve": "cs.continue_bifurcation(point, 'zeta', ((0.1, 2.0), (0.01, 0.1)), points=3)",
     "found": "cs.attractors(p, BOX, count=4)",
     "continued": "cs.continue_attractors(p, 'alpha', [0.6, 0.7], BOX, count=4)",
-    "destinations": "cs.Destinations([orbit])",
+    "destinations": "Destinations([orbit])",
     "shock": "cs.minimal_shock(orbit, samples=100)",
     "back": "cs.solve_orbit(cs.Parameters(**PULSED), (0.5, -0.9, -0.9))",
     "forth": "cs.solve_orbit(cs.Parameters(**PULSED), (0.4, 0.9, 0.1))",
     "pulse": "cs.switch_by_pulse(back, forth, values=200)",
     "data": "{'t': TIMES, 'x_r': cs.simulate(p, periods=3)(TIMES)[:, 0]}",
     "fitted": "cs.fit(data, p, ['zeta'])",
-    "rig_run": "cs.RigRun('first', data, {'alpha': 0.7})",
-    "rig": "cs.Rig([rig_run], ['zeta'])",
+    "rig_run": "RigRun('first', data, {'alpha': 0.7})",
+    "rig": "Rig([rig_run], ['zeta'])",
     "optimum": "cs.optimise('velocity', {'alpha': (0.5, 0.6)}, p)",
     "front": "cs.pareto('velocity', 'work', {'alpha': (0.5, 0.6)}, p, points=3)",
     "spread": "cs.tolerances('velocity', {'alpha': 0.01}, p, samples=128)",
     "slopes": "cs.sensitivities(run, [1.0, 2.0])",
     "performances": "cs.performance_many([[*p.to_dict().values()]], [[0.0, 0.0, 0.0]])",
-    "axis": "cs.Axis.linear('alpha', 0.1, 1.0, 2)",
-    "sweep": "cs.Sweep((axis,), periods=3)",
+    "axis": "Axis.linear('alpha', 0.1, 1.0, 2)",
+    "sweep": "Sweep((axis,), periods=3)",
     "axes": "__import__('matplotlib.figure').figure.Figure().subplots()",
     "cells": "xr.Dataset({'itinerary': ('alpha', [1, 2])}, {'alpha': [0.5, 0.6]})",
 }
@@ -179,7 +180,8 @@ _CALLS = {
     "runs.to_dataframe": "",
     "slopes.by": "'alpha'",
 }
-_OWN = {
+_OWN = PUBLIC | {
+    "scenes": cs.scenes,
     "cs": cs,
     "np": np,
     "math": math,
@@ -218,7 +220,7 @@ _MISTAKES: list[Any] = [
     *({"alpha": "x"}, {"alpha": None}, {"alpha": (1.0,)}, {1.0, 2.0}, object(), int, len),
     *(np.array("x"), np.array([1j]), np.array([True]), np.float64(math.nan), np.datetime64("2020")),
     *(pd.DataFrame({"a": ["x"]}), pd.Series([1.0]), pd.Timestamp("2020"), xr.Dataset()),
-    *(xr.DataArray(["x"]), cs.Status.FINISHED, cs.scenes.slope, cs),
+    *(xr.DataArray(["x"]), cs.results.Status.FINISHED, cs.scenes.slope, cs),
 ]
 _GIVEN = ("p", "device", "run", "runs", "orbit", "itinerary", "branch", "record", "point", "axes")
 
@@ -243,7 +245,7 @@ def cases() -> _Cases:
 def called(name: str) -> Any:
     """Function, class or method by its name."""
     first, _, method = name.partition(".")
-    return getattr(cases()[first], method) if first in _CASES else eval(f"cs.{name}", _OWN)
+    return getattr(cases()[first], method) if first in _CASES else eval(name, _OWN)
 
 
 def wrong_calls(name: str) -> list[tuple[str, tuple[Any, ...], dict[str, Any]]]:
@@ -276,7 +278,7 @@ def foreign(name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Bas
     with contextlib.suppress(_Late):
         try:
             called(name)(*arguments, **named)
-        except (CapsuleError, cs.Rejected):
+        except (CapsuleError, cs.results.Rejected):
             pass
         except Exception as error:
             found = error
@@ -304,13 +306,13 @@ def test_no_mistake_ends_in_a_foreign_exception(
 def test_a_wrong_first_argument_is_refused_at_the_door(name: str) -> None:
     for value in (object(), None, 1j, 10**400):
         if not (value is None and name == "figure_style"):
-            with pytest.raises((CapsuleError, cs.Rejected)) as refused:
+            with pytest.raises((CapsuleError, cs.results.Rejected)) as refused:
                 called(name)(value, *[1.0] * 9)
             assert "\n" not in str(refused.value)
 
 
 def test_every_public_function_is_tried() -> None:
-    made = [name for name in cs._homes() if inspect.isfunction(getattr(cs, name))]
+    made = [name for name, one in PUBLIC.items() if inspect.isfunction(one)]
     assert set(made) <= set(_CALLS)
 
 
@@ -338,7 +340,7 @@ def test_every_public_function_is_tried() -> None:
         ("plot_motion(run, width=math.nan)", "width = nan: must be a number"),
         ("plot_motion(run, width=-1)", "width = -1: must be a number of inches"),
         (
-            "fit_rig(cs.Rig([cs.RigRun('a', data, {'alpha': 0.7, 'omega': 0.8})], ['zeta'], "
+            "fit_rig(Rig([RigRun('a', data, {'alpha': 0.7, 'omega': 0.8})], ['zeta'], "
             "bounds={'zeta': (1.0,)}), p)",
             r"bounds of zeta = \(1.0,\): must be two ascending finite numbers",
         ),
@@ -358,7 +360,7 @@ def test_every_public_function_is_tried() -> None:
         ),
         ("attractors(p, {'x_r': (0, 1)}, phases=3.0)", "phases = 3.0: must be 0 for a box"),
         (
-            "solve_itinerary((0.7, 0.8), cs.Itinerary.parse('F2'), [0.0] * 5)",
+            "solve_itinerary((0.7, 0.8), Itinerary.parse('F2'), [0.0] * 5)",
             "values of alpha, omega",
         ),
         ("simulate_many(p)", "must be a list of Parameters"),
@@ -366,7 +368,7 @@ def test_every_public_function_is_tried() -> None:
 )
 def test_a_mistake_is_named_with_what_was_expected(call: str, words: str) -> None:
     with pytest.raises(cs.InvalidInput, match=words):
-        eval(f"cs.{call}", _OWN, cases())
+        eval(call, _OWN, cases())
 
 
 @pytest.mark.parametrize(
@@ -382,8 +384,8 @@ def test_a_mistake_is_named_with_what_was_expected(call: str, words: str) -> Non
         "fit(data, p.replace(zeta=0.06), ['zeta'])",
         "fit({'t': TIMES, 'x_r': 1e-49 * np.cos(TIMES)}, p, ['alpha'])",
         "fit({'t': TIMES, 'x_r': 1e49 * np.cos(TIMES)}, p, ['alpha'])",
-        "run_sweep(cs.Sweep((axis,), compute=('lyapunov', 'energies', 'multipliers')), 'store')",
-        "run_basin(cs.Sweep((cs.Axis.linear('x_r', -1.0, 1.0, 3),)), 'store')",
+        "run_sweep(Sweep((axis,), compute=('lyapunov', 'energies', 'multipliers')), 'store')",
+        "run_basin(Sweep((Axis.linear('x_r', -1.0, 1.0, 3),)), 'store')",
         "continue_orbit(orbit, 'alpha', 0.4, points=5)",
         "continue_bifurcation(point, 'zeta', ((0.1, 2.0), (0.01, 0.1)), points=3)",
         *("certify_orbit(orbit)", "certify_bifurcation(point)", "certify_run(run)"),
@@ -394,7 +396,7 @@ def test_a_mistake_is_named_with_what_was_expected(call: str, words: str) -> Non
 def test_no_setting_of_numpy_ends_a_call(call: str, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     with np.errstate(all="raise"):
-        eval(f"cs.{call}", _OWN, cases())
+        eval(call, _OWN, cases())
 
 
 @pytest.mark.parametrize(
@@ -411,7 +413,7 @@ def test_results_show_in_a_line_what_is_asked_first() -> None:
     )
     assert shown["branch"] == "<Branch in alpha from 0.7 to 0.4: 21 points, 1 bifurcation, reached>"
     assert shown["point"] == "<Bifurcation BI1: alpha = 0.524593243, F5 F4 F1 F2 to F5 F4 F5 F2>"
-    own = (vars(cs)[name] for name in cs._homes() if inspect.isclass(getattr(cs, name)))
+    own = filter(inspect.isclass, PUBLIC.values())
     dumps = {"Parameters", "PhysicalParameters", "Instant", "ItinerarySegment"}
     for kind in own:  # no class with arrays or orbits among its fields shows them all
         if kind.__name__ not in dumps and hasattr(kind, "__dataclass_fields__"):

@@ -14,7 +14,7 @@ import click
 import pytest
 from matplotlib.figure import Figure
 
-from capsule_sym import InvalidInput, save_figure
+from capsule_sym import InvalidInput, figures
 from capsule_sym._cli import _status, group
 from capsule_sym._commands.values import WritablePath
 from capsule_sym._explorer import page
@@ -93,7 +93,7 @@ def draw(path: Path) -> None:
     """A figure with text, in a file."""
     figure = Figure(figsize=(1, 1))
     figure.text(0.5, 0.5, "alpha")
-    save_figure(figure, path)
+    figures.save_figure(figure, path)
 
 
 @pytest.mark.parametrize("ending", [".pdf", ".svg"])
@@ -101,7 +101,7 @@ def test_a_date_of_the_environment_does_not_matter(ending, tmp_path, monkeypatch
     written = []
     for date in ("abc", "1" * 30, "86400"):
         monkeypatch.setenv("SOURCE_DATE_EPOCH", date)
-        save_figure(Figure(), tmp_path / f"a{ending}")
+        figures.save_figure(Figure(), tmp_path / f"a{ending}")
         written.append((tmp_path / f"a{ending}").read_bytes())
         assert os.environ["SOURCE_DATE_EPOCH"] == date
     assert written[0] == written[1] == written[2]

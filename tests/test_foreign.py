@@ -18,24 +18,14 @@ from typing import Any
 
 import pytest
 
-from capsule_sym import (
-    Axis,
-    InvalidInput,
-    Sweep,
-    _parameters,
-    load_parameters,
-    load_sweep,
-    open_results,
-    plot_diagram,
-    read_branch,
-    run_sweep,
-    scenes,
-    simulate,
-)
+from capsule_sym import InvalidInput, _parameters, load_parameters, run_sweep, scenes, simulate
 from capsule_sym._compile import CORE
 from capsule_sym._figures.computed import orbit_of
 from capsule_sym._folders import digest_of
 from capsule_sym._sweeps.files import sealed
+from capsule_sym.figures import plot_diagram
+from capsule_sym.inputs import Axis, Sweep, load_sweep
+from capsule_sym.results import open_results, read_branch
 
 Command = Callable[..., CompletedProcess[str]]
 Edit = Callable[[Path], object]

@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import qmc
 
 import capsule_sym
-from capsule_sym import Axis, Parameters, Status, attractors, fit, simulate_many, tolerances
+from capsule_sym import Parameters, attractors, fit, inputs, results, simulate_many, tolerances
 from capsule_sym._map import labelled, many
 from capsule_sym._native import core
 
@@ -21,7 +21,7 @@ SERIES = {"t": np.arange(9.0), "x_r": np.sin(np.arange(9.0))}
 @pytest.mark.parametrize(
     ("place", "call"),
     [
-        ((qmc, "Sobol"), lambda: Axis.sobol({"alpha": (0, 1)}, 8, 1)),
+        ((qmc, "Sobol"), lambda: inputs.Axis.sobol({"alpha": (0, 1)}, 8, 1)),
         ((qmc, "Sobol"), lambda: tolerances("velocity", {"beta": 0.1}, samples=64)),
         ((qmc, "Sobol"), lambda: fit(SERIES, Parameters(), ["alpha"], starts=8)),
         ((qmc, "Halton"), lambda: attractors(Parameters(), {"x_r": (-1, 1)}, count=8)),
@@ -61,9 +61,9 @@ def test_a_run_that_the_core_leaves_open_is_bounded() -> None:
 def test_runs_that_the_core_leaves_open_are_not_begun_after_the_limit(monkeypatch) -> None:
     begun: list[Any] = []
 
-    def finish(run: Any, *_: Any) -> Status:
+    def finish(run: Any, *_: Any) -> results.Status:
         begun.append(run.watch.stop())
-        return Status.TIME_LIMIT
+        return results.Status.TIME_LIMIT
 
     monkeypatch.setattr(many, "_finish", finish)
     found = simulate_many([Parameters()] * 9, (0.02, 0.0, 1e-300), periods=1)

@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.experiments.kept import kept
-from capsule_sym import Branch, BranchPoint, Parameters, continue_orbit, simulate, solve_orbit
+from capsule_sym import Parameters, continue_orbit, simulate, solve_orbit
 from capsule_sym._map.interface import cyclic_start
+from capsule_sym.results import Branch, BranchPoint
 
 KINDS = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b", "base excitation", "device")
 RANGES = {

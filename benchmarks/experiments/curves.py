@@ -23,9 +23,6 @@ import numpy as np
 from scipy.linalg import expm
 
 from capsule_sym import (
-    Bifurcation,
-    Curve,
-    CurvePoint,
     InvalidInput,
     continue_bifurcation,
     continue_orbit,
@@ -34,6 +31,7 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._orbits.interface import middle
+from capsule_sym.results import Bifurcation, Curve, CurvePoint
 from tests.scenes import SCENES, Form, Integrator, Run, Start, integrator, random_start
 
 SMALL = 1e-12  # of differences for a Jacobian

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from capsule_sym import Fit, Parameters, fit, simulate
+from capsule_sym import Parameters, fit, simulate
 from capsule_sym._design.least_squares import LOSSES, Profile
+from capsule_sym.results import Fit
 
 TRUE = Parameters(alpha=0.83, delta=0.03, zeta=0.06, beta=1.7, gamma=3.3)
 STATE, PHASE, NOISE = (0.1, 0.2, 0.3), 0.4, 2e-3

@@ -15,15 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym import (
-    Orbit,
-    Parameters,
-    Trajectory,
-    minimal_shock,
-    simulate,
-    simulate_many,
-    solve_orbit,
-)
+from capsule_sym import Parameters, minimal_shock, simulate, simulate_many, solve_orbit
+from capsule_sym.results import Orbit, Trajectory
 
 NAMES = ("alpha", "omega", "delta", "zeta", "beta", "gamma")
 # Parameters, and the start (x_r, v_r) from which the motion is reached.

@@ -21,7 +21,7 @@ import capsule_sym
 from benchmarks.hardcases.lanes import LaneSwitch, first_switch
 from benchmarks.hardcases.reference import CONTRACT, WIDE, Start, error, names
 from benchmarks.hardcases.starts import RandomStart, random_start
-from capsule_sym import InvalidInput, Outcome, Segment
+from capsule_sym import InvalidInput
 from capsule_sym._files import growing
 from capsule_sym._map.interface import (
     Backend,
@@ -36,6 +36,7 @@ from capsule_sym._map.interface import (
 from capsule_sym._native import core
 from capsule_sym._orbits.interface import contact, drift
 from capsule_sym.generated.capsule import DIGEST
+from capsule_sym.results import Outcome, Segment
 from paper.processes import end, spawning, undisturbed
 
 CHUNK = 200

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from capsule_sym import Parameters, Trajectory, simulate
+from capsule_sym import Parameters, simulate
 from capsule_sym._map.interface import (
     Backend,
     Course,
@@ -26,6 +26,7 @@ from capsule_sym._map.interface import (
 )
 from capsule_sym._parameters import of_paper
 from capsule_sym.generated.interface import Precision
+from capsule_sym.results import Trajectory
 
 CONTRACT = 8.0
 """Largest error of a switching time t*, in units of u (t* + M/|g'(t*)|); see `Error` for M."""

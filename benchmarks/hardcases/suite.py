@@ -16,7 +16,7 @@ from typing import Any
 from benchmarks.hardcases import cases
 from benchmarks.hardcases.cases import Case
 from benchmarks.hardcases.reference import Start
-from capsule_sym import Segment, simulate
+from capsule_sym import simulate
 from capsule_sym._enclosures.interface import (
     TIME,
     Ball,
@@ -31,6 +31,7 @@ from capsule_sym._enclosures.interface import (
 )
 from capsule_sym._orbits.interface import guard_between
 from capsule_sym.generated.capsule.facts import FIELDS
+from capsule_sym.results import Segment
 
 VERSION = "1.0.0"
 _BITS, _DIGITS = 256, 45

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from benchmarks.hardcases import baselines
 from benchmarks.hardcases.cases import Case
 from benchmarks.hardcases.reference import ReferenceCheck, Start, check
-from capsule_sym import Outcome, Parameters, Trajectory, simulate
+from capsule_sym import Parameters, simulate
+from capsule_sym.results import Outcome, Trajectory
 from paper.processes import end, spawning, undisturbed
 from paper.study import casestudy
 

@@ -62,7 +62,7 @@ def bench(
                 study.write(file)
     if file is not None:
         from benchmarks.speed.precision import plot_work_precision
-        from capsule_sym import save_figure
+        from capsule_sym.figures import save_figure
 
         picture = file.with_suffix(".svg")
         save_figure(plot_work_precision(study.record), picture)

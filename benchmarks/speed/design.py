@@ -19,10 +19,7 @@ import numpy as np
 
 from benchmarks.speed.goals import Goal
 from capsule_sym import (
-    Axis,
-    Itinerary,
     Parameters,
-    Sweep,
     continue_attractors,
     fit,
     optimise,
@@ -32,9 +29,11 @@ from capsule_sym import (
     sensitivities,
     simulate,
     simulate_many,
-    solve_itinerary,
     solve_orbit,
 )
+from capsule_sym.inputs import Axis, Sweep
+from capsule_sym.orbits import solve_itinerary
+from capsule_sym.results import Itinerary
 
 _SEGMENTS = ((100, 0.01), (400, 0.03), (1600, 0.5), (4096, 3.0))  # of an itinerary, and seconds
 _PERIODS = 100  # excitation periods of a cell of the chart, and of a run

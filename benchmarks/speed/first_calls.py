@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.speed.model import CONTACT, DRIFT, rates
-from capsule_sym import Parameters, Trajectory, simulate
+from capsule_sym import Parameters, simulate
 from capsule_sym._parameters import of_paper
+from capsule_sym.results import Trajectory
 
 TOLERANCE = 1e-12
 _FIT_PERIODS, _FIT_TIMES = 20, 2000

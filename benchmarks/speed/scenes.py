@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym import SceneParameters, simulate, simulate_many
+from capsule_sym import simulate, simulate_many
 from capsule_sym._parameters import SHIPPED, scene
+from capsule_sym.inputs import SceneParameters
 
 GOAL = 1.3
 """Most of the capsule's time that another scene is to take."""

@@ -68,7 +68,7 @@ def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "switches.csv")
     ...     size = path.write_text(text)
-    ...     read = cs.read_switches(path)
+    ...     read = cs.inputs.read_switches(path)
     >>> print(read.times, read.events, f"{read.resolution:.5f}")
     (0.2411, 2.6449) ('F5', 'F2') 0.00005
     >>> print(read.settings)

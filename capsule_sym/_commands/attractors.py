@@ -66,7 +66,7 @@ def attractors(
     how: dict[str, Any] = {"count": count, "threads": threads, "max_seconds": limit.left}
     if periods is not None:
         how["periods"] = periods
-    found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors
+    found: capsule_sym.results.Attractors | capsule_sym.results.ContinuedAttractors
     with present.stoppable(limit, "Settling") as tell:
         how["progress"] = lambda done, total: tell(f"{done:,} of {counted(total, 'run')}")
         if over is None:
@@ -75,7 +75,7 @@ def attractors(
             name, (low, high, number) = over
             values = linspace(low, high, max(int(number), 0)).tolist()
             if device is not None and name not in parameters.to_dict():
-                how["ties"] = capsule_sym.device_path(device, name)
+                how["ties"] = capsule_sym.inputs.device_path(device, name)
             found = capsule_sym.continue_attractors(parameters, name, values, starts, **how)
     extra = {}
     if device is not None:

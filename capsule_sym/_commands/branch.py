@@ -105,7 +105,7 @@ def branch(
         if to is None:
             raise click.UsageError("--restart needs --to VALUE")
         end, file = to[1], restart[0]
-        system.check_scene(scene_in(capsule_sym.read_branch(file)) or CAPSULE, file)
+        system.check_scene(scene_in(capsule_sym.results.read_branch(file)) or CAPSULE, file)
         with present.stoppable(limit, "Following"):
             found = capsule_sym.continue_from(
                 *restart,
@@ -119,13 +119,13 @@ def branch(
         parameter, begin, end = _range(along)
         parameters, device = system.load()
         if device is not None and not ties and parameter not in parameters.to_dict():
-            ties = capsule_sym.device_path(device, parameter)
+            ties = capsule_sym.inputs.device_path(device, parameter)
         found = (followed(parameters, parameter, begin, end, points, state, limit, ties),)
     if certify is not None and found[0].axis.path.ties:
         raise InvalidInput("certify", str(certify), "absent if several parameters vary")
     for one in found:
         with present.stoppable(limit, "Following"):
-            found += capsule_sym.period_doubling_cascade(
+            found += capsule_sym.orbits.period_doubling_cascade(
                 one, cascade, points=points, max_seconds=limit.left
             )
     present.result(
@@ -137,7 +137,7 @@ def branch(
     )
     events = [one for branch in found for one in branch.bifurcations]
     present.certificates(certify, events, limit)
-    late = (one for one in found if one.status is capsule_sym.Ending.TIME_LIMIT)
+    late = (one for one in found if one.status is capsule_sym.results.Ending.TIME_LIMIT)
     ended = next(late, found[0])
     if limit.stopped:
         raise KeyboardInterrupt(_goes_on(ended, out, end))
@@ -154,7 +154,7 @@ def _range(along: _Range | None) -> tuple[str, float, float]:
     return name, begin, end
 
 
-def _goes_on(ended: capsule_sym.Branch, out: Path | None, end: float) -> str:
+def _goes_on(ended: capsule_sym.results.Branch, out: Path | None, end: float) -> str:
     """Command that continues a branch after Ctrl-C."""
     if out is None or len(ended.points) < 2:
         return "with --out the branch can be continued"
@@ -162,7 +162,7 @@ def _goes_on(ended: capsule_sym.Branch, out: Path | None, end: float) -> str:
     return f"--restart {file} {label} --to {end:g} continues this branch"
 
 
-def _record(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict[str, Any]:
+def _record(found: Sequence[capsule_sym.results.Branch], device: options.Device) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import branch_record
     from capsule_sym._records import add_si
 
@@ -173,7 +173,7 @@ def _record(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict
     return record
 
 
-def _files(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict[str, Any]:
+def _files(found: Sequence[capsule_sym.results.Branch], device: options.Device) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import bifurcation_rows, point_rows
     from capsule_sym._records import in_si
 
@@ -189,14 +189,14 @@ def _files(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict[
     }
 
 
-def tell_early_end(found: capsule_sym.Branch) -> None:
+def tell_early_end(found: capsule_sym.results.Branch) -> None:
     """Exit with 3, and the reason, if a branch ends before its final value."""
-    if found.status is not capsule_sym.Ending.REACHED:
+    if found.status is not capsule_sym.results.Ending.REACHED:
         present.fail_early("the branch ends", found)
 
 
 def followed(
-    parameters: capsule_sym.SceneParameters,
+    parameters: capsule_sym.inputs.SceneParameters,
     parameter: str,
     begin: float,
     end: float,
@@ -204,9 +204,9 @@ def followed(
     state: Sequence[float],
     limit: Watch,
     ties: Mapping[str, str] | None = None,
-) -> capsule_sym.Branch:
+) -> capsule_sym.results.Branch:
     """Branch of the motion that settles from a state; exits with 3 if none does."""
-    path = capsule_sym.parameter_path(parameter, ties, parameters.scene)
+    path = capsule_sym.inputs.parameter_path(parameter, ties, parameters.scene)
     path.check(parameters, begin, end)
     placed = type(parameters)(*path.placed([*parameters.to_dict().values()], begin))
     start = settled(placed, state, limit)

@@ -92,7 +92,7 @@ def curve(
         ]
         if leaving:
             for whole in tuple(curves):
-                curves += capsule_sym.curves_from(
+                curves += capsule_sym.orbits.curves_from(
                     whole, both, points=points, known=curves, max_seconds=limit.left
                 )
     present.result(
@@ -107,7 +107,7 @@ def curve(
         ending, detail = curve.endings[0]
         event = f"{one.type} at {one.parameter} = {one.value:.12g}"
         click.echo(f"no curve of {event} ({ending.value}): {detail}", err=True)
-    limited = capsule_sym.Ending.TIME_LIMIT
+    limited = capsule_sym.results.Ending.TIME_LIMIT
     late = [one for one in curves if one.status is limited and one.points]
     for ended in late:
         click.echo(
@@ -120,10 +120,14 @@ def curve(
         raise click.exceptions.Exit(3)
 
 
-def _of_kind(kind: str, found: capsule_sym.Branch, where: str) -> list[capsule_sym.Bifurcation]:
+def _of_kind(
+    kind: str, found: capsule_sym.results.Branch, where: str
+) -> list[capsule_sym.results.Bifurcation]:
     """Bifurcations of a branch with this label or type; raises InvalidInput for none."""
     chosen = [one for one in found.bifurcations if kind in ("all", one.label) or kind in one.type]
-    if not found.bifurcations or (not chosen and found.status is capsule_sym.Ending.TIME_LIMIT):
+    if not found.bifurcations or (
+        not chosen and found.status is capsule_sym.results.Ending.TIME_LIMIT
+    ):
         tell_early_end(found)
     if not chosen:
         types = sorted({one.type for one in found.bifurcations})
@@ -136,7 +140,9 @@ def _of_kind(kind: str, found: capsule_sym.Branch, where: str) -> list[capsule_s
 
 
 def _record(
-    found: capsule_sym.Branch, curves: Sequence[capsule_sym.Curve], device: options.Device
+    found: capsule_sym.results.Branch,
+    curves: Sequence[capsule_sym.results.Curve],
+    device: options.Device,
 ) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import curve_record
     from capsule_sym._records import add_si
@@ -148,7 +154,9 @@ def _record(
 
 
 def _files(
-    found: capsule_sym.Branch, curves: Sequence[capsule_sym.Curve], device: options.Device
+    found: capsule_sym.results.Branch,
+    curves: Sequence[capsule_sym.results.Curve],
+    device: options.Device,
 ) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_rows
     from capsule_sym._records import in_si
@@ -174,8 +182,11 @@ def _scaled(
 
 
 def _within(
-    parameters: capsule_sym.SceneParameters, name: str, ends: tuple[float, float], given: bool
-) -> capsule_sym.SceneParameters:
+    parameters: capsule_sym.inputs.SceneParameters,
+    name: str,
+    ends: tuple[float, float],
+    given: bool,
+) -> capsule_sym.inputs.SceneParameters:
     """Parameters with one of them in its range: the middle if the default is outside."""
     (low, high), value = ends, getattr(parameters, name)
     if low <= value <= high:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -35,8 +34,6 @@ class _Subject(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: str, param: Any, ctx: Any) -> str:
         """The name, or the path, which exists."""
-        if (now := _moved(value)) and not os.path.exists(value):
-            raise click.UsageError(f"{value} has moved: {now}")
         store = os.path.exists(os.path.join(value, "results.zarr"))
         if store and value in FIGURES:
             self.fail(f"{value!r} is a figure and a sweep: write ./{value} for the sweep", param)
@@ -55,13 +52,6 @@ class _Subject(click.ParamType):  # type: ignore[type-arg]
 
 _SUBJECTS = argument(type=_Subject(), nargs=-1, required=True, metavar="NAME|RESULT...")
 _WIDTHS = option(type=click.FloatRange(NARROWEST, WIDEST), metavar="INCHES")
-
-
-def _moved(name: str) -> str:
-    """Command that draws a figure of this name, if it has moved there."""
-    if re.fullmatch(r"fig[1-9]|fig[89]-exact|chart", name):
-        return f"python -m paper figure {name}, in a checkout"
-    return "python -m benchmarks bench, in a checkout" if name == "work-precision" else ""
 
 
 def _list() -> str:
@@ -165,7 +155,7 @@ def figure(
         else:
             paths = [*map(Path, subjects)]
             drawn, told = _of_files(system, paths, quantity or "x_r", picture.width)
-    capsule_sym.save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
+    capsule_sym.figures.save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
     files = (picture.out, picture.out.with_suffix(".csv")) if picture.data else (picture.out,)
     present.tell_written(*files, as_json=as_json, **told)
 
@@ -217,13 +207,13 @@ def _of_files(
     _check_own(system, "curves" if curves else "branches", str(paths[0]))
     if curves:
         return plot_curves(curves, width=wide), {"of": "curves"}
-    records = [capsule_sym.read_branch(path) for path in paths]
+    records = [capsule_sym.results.read_branch(path) for path in paths]
     for path, record in zip(paths, records, strict=True):
         system.check_scene(scene_in(record) or CAPSULE, str(path))
     scene, own = scene_in(records[0]) or CAPSULE, records[0].get("device")
     same = own and all(record.get("device") == own for record in records)
     device = scene.PhysicalParameters(**own) if own and same else None
-    drawn = capsule_sym.plot_diagram(records, quantity, width=wide, device=device)
+    drawn = capsule_sym.figures.plot_diagram(records, quantity, width=wide, device=device)
     return drawn, {"of": quantity}
 
 
@@ -240,7 +230,7 @@ def _of_sweep(
     lines = [one for path in curves for one in _curves(path)]
     from capsule_sym._sweeps.results import damaged
 
-    with capsule_sym.open_results(store) as results:
+    with capsule_sym.results.open_results(store) as results:
         try:
             results.load()
         except (ArithmeticError, MemoryError, OSError, RuntimeError, TypeError, ValueError):
@@ -249,15 +239,19 @@ def _of_sweep(
         if metric is not None:
             if kind is not None:
                 raise click.UsageError(f"--as {kind} draws no metric: leave --of out")
-            return capsule_sym.plot_metric(results, metric, lines, width=wide), {"of": metric}
+            return capsule_sym.figures.plot_metric(results, metric, lines, width=wide), {
+                "of": metric
+            }
         if kind is None:
             kind = "basin" if "attractor" in results else "chart"
         told = {"figure": kind}
         if kind == "chart":
-            return capsule_sym.plot_chart(results, lines, width=wide), told
+            return capsule_sym.figures.plot_chart(results, lines, width=wide), told
         if lines:
             raise click.UsageError(f"--curve is for a chart, and this is {kind}")
-        draw = capsule_sym.plot_basin if kind == "basin" else capsule_sym.plot_pareto
+        draw = (
+            capsule_sym.figures.plot_basin if kind == "basin" else capsule_sym.figures.plot_pareto
+        )
         return draw(results, width=wide), told
 
 

@@ -93,12 +93,12 @@ def fit(
         watch = Watch(checked_seconds(how["max_seconds"]))
         if rig:
             how = {name: how[name] for name in how if name not in ("state", "phase")}
-            recorded = capsule_sym.read_rig(data)
+            recorded = capsule_sym.inputs.read_rig(data)
             read = [f"{run.name}: {getattr(run.data, 'message', '')}" for run in recorded.runs]
             found = capsule_sym.fit_rig(recorded, which, progress=progress, **how)
         else:
             how["bounds"] = {name: ends for name, ends in unknown if ends is not None}
-            measured = capsule_sym.read_measured(data)
+            measured = capsule_sym.inputs.read_measured(data)
             read = [measured.message]
             found = capsule_sym.fit(
                 measured,

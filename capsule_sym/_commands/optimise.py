@@ -91,7 +91,7 @@ def optimise(
     which = device or parameters
     how |= {"maximise": maximise is not None, "starts": (state,), "tolerances": tolerances}
     how["subject_to"] = subject_to
-    found: capsule_sym.Optimum | capsule_sym.Front
+    found: capsule_sym.results.Optimum | capsule_sym.results.Front
     show: Callable[[], None]
     with present.telling("Optimising") as progress:
         how["progress"] = progress
@@ -101,7 +101,7 @@ def optimise(
         else:
             found = front = capsule_sym.pareto(metric, against, over, which, points=points, **how)
             show = partial(show_front, front)
-    if found.status is capsule_sym.OptimumStatus.INFEASIBLE:
+    if found.status is capsule_sym.results.OptimumStatus.INFEASIBLE:
         raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
     present.report(found, "optimum" if against is None else "front", show, out, as_json)
     present.end(found)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 from click.core import ParameterSource
 
-from capsule_sym._commands.signature import RANGES, WORDS, Group, Setting, flagged, option
+from capsule_sym._commands.signature import RANGES, WORDS, OptionGroup, Setting, flagged, option
 from capsule_sym._commands.values import Named as Named
 from capsule_sym._commands.values import Range, Seconds, WritablePath, meant
 from capsule_sym._errors import InvalidInput, NotInstalled
@@ -63,12 +63,12 @@ def _check_provable(context: click.Context, _: click.Parameter, path: Path | Non
     return path
 
 
-def _windows(counted: bool = False) -> Group:
+def _windows(counted: bool = False) -> OptionGroup:
     """The options --x-r, --v-r, --v-c and --phase: ranges of starts, on request with counts."""
     kind = Range(counted)
     along = {name: name for name in ("x_r", "v_r", "v_c")} | {"phase": "the phase"}
     options = [flagged(one, type=kind, help=f"Starts along {of}.") for one, of in along.items()]
-    return Group(lambda _: (_ranges_of_starts, options))
+    return OptionGroup(lambda _: (_ranges_of_starts, options))
 
 
 def _ranges_of_starts(**given: Any) -> dict[str, Any]:
@@ -114,9 +114,9 @@ def only_range() -> tuple[str, tuple[float, ...]] | None:
     return next(iter(found.items()), None)
 
 
-def _parameters(kind: Any = float, counted: bool | None = None) -> Group:
+def _parameters(kind: Any = float, counted: bool | None = None) -> OptionGroup:
     """Options of a `System`; with `counted` those of ranges of a device too."""
-    return Group(lambda words: _of_scene(scene_of(words), kind, counted))
+    return OptionGroup(lambda words: _of_scene(scene_of(words), kind, counted))
 
 
 def _of_scene(

@@ -56,8 +56,8 @@ def orbit(
     options.check_beside("seed", needs=("starts",))
     options.check_beside("state", never=("starts",))
     limit = Watch(max_seconds)
-    search: capsule_sym.FoundOrbits | None = None
-    found: Sequence[capsule_sym.Orbit]
+    search: capsule_sym.results.FoundOrbits | None = None
+    found: Sequence[capsule_sym.results.Orbit]
     if starts:
         with present.progress("Searching", starts) as update:
             search = found = capsule_sym.search_orbits(
@@ -81,7 +81,7 @@ def orbit(
         present.fail_early("the search ends", search)
 
 
-def _record(one: capsule_sym.Orbit, device: options.Device) -> dict[str, Any]:
+def _record(one: capsule_sym.results.Orbit, device: options.Device) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import orbit_record
     from capsule_sym._records import in_si
 
@@ -90,11 +90,11 @@ def _record(one: capsule_sym.Orbit, device: options.Device) -> dict[str, Any]:
 
 
 def settled(
-    parameters: capsule_sym.SceneParameters,
+    parameters: capsule_sym.inputs.SceneParameters,
     state: Sequence[float],
     limit: Watch,
     as_json: bool = False,
-) -> capsule_sym.Orbit:
+) -> capsule_sym.results.Orbit:
     """Orbit on which a start settles; exits with 3, and the reason, if there is none."""
     from capsule_sym._orbits.continuation.records import failure_record
     from capsule_sym._records import dumps

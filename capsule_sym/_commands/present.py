@@ -55,7 +55,7 @@ def result(
         paths = write(texts, out)
         try:
             for name, draw in pictures.items():
-                capsule_sym.save_figure(draw(), out / name)
+                capsule_sym.figures.save_figure(draw(), out / name)
                 paths.append(out / name)
         except NotInstalled as missing:
             click.echo(f"no picture: {missing}", err=True)

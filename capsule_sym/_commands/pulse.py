@@ -94,13 +94,13 @@ def pulse(
 
 
 def _motions(
-    parameters: capsule_sym.SceneParameters,
+    parameters: capsule_sym.inputs.SceneParameters,
     states: tuple[tuple[float, float, float], tuple[float, float, float] | None],
     between: tuple[int, int] | None,
     starts: dict[str, Any],
     limit: Watch,
     as_json: bool,
-) -> tuple[capsule_sym.Orbit, capsule_sym.Orbit]:
+) -> tuple[capsule_sym.results.Orbit, capsule_sym.results.Orbit]:
     """The present motion and the target motion."""
     from capsule_sym._records import dumps
 

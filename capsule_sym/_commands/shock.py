@@ -74,7 +74,7 @@ def shock(
     present.end(found, limit)
 
 
-def _in_si(found: capsule_sym.Shock, device: options.Device) -> dict[str, float]:
+def _in_si(found: capsule_sym.results.Shock, device: options.Device) -> dict[str, float]:
     """Knock and its time in SI units."""
     from capsule_sym._records import in_si
 

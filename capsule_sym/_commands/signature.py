@@ -1,8 +1,8 @@
 """Commands made from functions: their parameters are options, described by the docstring.
 
-The type of a parameter decides how a text is read. `Annotated` adds what the type leaves open: an
-`option` or an `argument` with settings of click, or a `Group` of options that make one value. The
-text below the parameter's name, in the docstring's section "Parameters", is the help.
+The type of a parameter decides how a text is read. `Annotated` adds what a type does not say: an
+`option` or an `argument` with settings of click, or an `OptionGroup`, whose options make one value.
+The text below the parameter's name, in the docstring's section "Parameters", is the help.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _OPTIONS = {
 
 
 class Setting(NamedTuple):
-    """What the type of a parameter leaves open: kind, flags, and settings of click."""
+    """Kind of a parameter of click, its flags and settings, beside type and default."""
 
     kind: type[click.Parameter]
     flags: tuple[str, ...]
@@ -64,7 +64,7 @@ def between(least: int, most: int | None = None, *flags: str, **settings: Any) -
     return option(*flags, type=click.IntRange(least, most), **settings)
 
 
-class Group(NamedTuple):
+class OptionGroup(NamedTuple):
     """Options that a command gets as one value, made by a function of the words of its line.
 
     The function returns what makes the value, and its options.
@@ -78,9 +78,9 @@ def flagged(name: str, **settings: Any) -> click.Option:
     return click.Option([name, f"--{name.replace('_', '-')}"], **settings)
 
 
-def group(make: Callable[..., Any]) -> Group:
+def group(make: Callable[..., Any]) -> OptionGroup:
     """Options of the parameters of a function, which makes one value of theirs."""
-    return Group(lambda _: (make, _read(make, ())[0]))
+    return OptionGroup(lambda _: (make, _read(make, ())[0]))
 
 
 class Command(click.Command):
@@ -154,7 +154,7 @@ def _read(
     for name, one in inspect.signature(function).parameters.items():
         hint = hints[name]
         about = hint.__metadata__[-1] if hasattr(hint, "__metadata__") else option()
-        if isinstance(about, Group):
+        if isinstance(about, OptionGroup):
             joined[name] = about.of_line(words)
             parameters += joined[name][1]
         else:

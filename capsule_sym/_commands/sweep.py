@@ -116,7 +116,7 @@ def sweep(
     if plan is not None:
         for name in (*over, *system.names, *settings):
             options.check_beside(name, never=("plan",))
-        loaded = capsule_sym.load_sweep(plan)
+        loaded = capsule_sym.inputs.load_sweep(plan)
         system.check_scene(loaded.parameters.scene, plan)
     else:
         loaded = _over(over, *system.load(), settings)
@@ -126,19 +126,19 @@ def sweep(
     with _executor(**how) as given:
         summary = capsule_sym.run_sweep(loaded, store, **given)
     if metric is not None and summary.success:
-        with capsule_sym.open_results(store) as results:
-            drawn = capsule_sym.plot_metric(results.load(), metric)
-        capsule_sym.save_figure(drawn, picture := Path(store) / f"{metric}.svg")
+        with capsule_sym.results.open_results(store) as results:
+            drawn = capsule_sym.figures.plot_metric(results.load(), metric)
+        capsule_sym.figures.save_figure(drawn, picture := Path(store) / f"{metric}.svg")
         click.echo(f"wrote {picture}", err=True)
     _tell(_summary(summary, loaded.periods, store), as_json)
 
 
 def _over(
     over: dict[str, tuple[float, ...]],
-    parameters: capsule_sym.SceneParameters,
-    device: capsule_sym.SceneDevice | None,
+    parameters: capsule_sym.inputs.SceneParameters,
+    device: capsule_sym.inputs.SceneDevice | None,
     settings: dict[str, Any],
-) -> capsule_sym.Sweep:
+) -> capsule_sym.inputs.Sweep:
     """Sweep over ranges."""
     if not over:
         raise click.UsageError("give a range, such as --alpha 0.1:2:41, or FILE.toml")
@@ -147,7 +147,7 @@ def _over(
     }
     base = {"device": device.to_dict()} if device else {"parameters": parameters.to_dict()}
     scene = parameters.scene.source
-    return capsule_sym.read_plan({"scene": scene, **base, "axes": axes, **settings})
+    return capsule_sym.inputs.read_plan({"scene": scene, **base, "axes": axes, **settings})
 
 
 @command()
@@ -174,12 +174,12 @@ def basin(
         Excitation periods to run.
     """
     options.require(*_EXTRA)
-    axes = tuple(capsule_sym.Axis.linear(name, *window) for name, window in windows.items())
+    axes = tuple(capsule_sym.inputs.Axis.linear(name, *window) for name, window in windows.items())
     if not axes:
         raise click.UsageError("give a range of starts, such as --x-r -1:1:40")
     options.check_beside("any_core", needs=("resume",))
     parameters, _ = system.load()
-    chosen = capsule_sym.Sweep(axes, parameters, state, periods=periods)
+    chosen = capsule_sym.inputs.Sweep(axes, parameters, state, periods=periods)
     with _executor(**how) as settings:
         summary, _ = capsule_sym.run_basin(chosen, store, **settings)
     _tell(_summary(summary, periods, store), as_json)

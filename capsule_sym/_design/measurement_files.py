@@ -91,7 +91,7 @@ def read_measured(path: str | PathLike[str]) -> Measurements:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "run.csv")
     ...     _ = file.write_text("t [s];x_m [mm]\n0;0\n0,5;\n1;2,5\n")
-    ...     data = cs.read_measured(file)
+    ...     data = cs.inputs.read_measured(file)
     >>> print(data.message)
     read 3 rows: t in s, x_m in mm
     >>> print(data["x_m"])  # in metres

@@ -146,8 +146,8 @@ def fit_rig(
     >>> times = np.linspace(0.0, 15.0, 60)
     >>> x_r = cs.simulate(cs.Parameters(alpha=0.9), periods=2)(times)[:, 0]
     >>> drive = {"alpha": 0.9, "omega": 0.8}
-    >>> run = cs.RigRun("slow", {"t": times, "x_r": 500 * x_r + 20}, drive)  # in pixels
-    >>> rig = cs.Rig([run], unknown=["zeta", "scale"])
+    >>> run = cs.inputs.RigRun("slow", {"t": times, "x_r": 500 * x_r + 20}, drive)  # in pixels
+    >>> rig = cs.inputs.Rig([run], unknown=["zeta", "scale"])
     >>> found = cs.fit_rig(rig, cs.Parameters(zeta=0.04))
     >>> print(found.status, {name: round(value, 6) for name, value in found.values.items()})
     converged {'zeta': 0.05, 'scale': 500.0, 'slow.offset_x_r': 20.0}
@@ -256,7 +256,7 @@ def read_rig(path: str | PathLike[str]) -> Rig:
     ...     file = Path(folder, "rig.toml")
     ...     lines = 'unknown = ["mu"]', "scale = 8000", "[[run]]", 'file = "slow.csv"'
     ...     _ = file.write_text("\n".join([*lines, "P_d = 3.0", "Omega = 8.0"]))
-    ...     rig = cs.read_rig(file)
+    ...     rig = cs.inputs.read_rig(file)
     >>> print(rig.unknown, rig.scale, rig.runs[0].name, rig.runs[0].drive)
     ['mu'] 8000 slow {'P_d': 3.0, 'Omega': 8.0}
     """

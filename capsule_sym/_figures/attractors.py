@@ -72,7 +72,7 @@ def plot_attractors(
     >>> system = cs.Parameters(omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
     >>> box = {"x_r": (-2, 2), "v_r": (-2, 2)}
     >>> along = cs.continue_attractors(system, "alpha", [1.7, 1.75], box, count=20)
-    >>> figure = cs.plot_attractors(along)
+    >>> figure = cs.figures.plot_attractors(along)
     >>> print(figure.axes[0].get_ylabel())
     fraction of the starts
     >>> print([text.get_text()[-8:] for text in figure.legends[0].get_texts()])

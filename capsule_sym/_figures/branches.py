@@ -108,7 +108,8 @@ def plot_bifurcations(
     ...     state = orbit.trajectory()(orbit.parameters.period).tolist()  # its period number is 1
     ...     point = {"value": one.value, "stable": orbit.stable, "stroboscopic": [state]}
     ...     points.append(point | {"average_velocity": float(orbit.average_velocity)})
-    >>> figure = cs.plot_bifurcations({"parameter": "alpha", "points": points, "bifurcations": []})
+    >>> record = {"parameter": "alpha", "points": points, "bifurcations": []}
+    >>> figure = cs.figures.plot_bifurcations(record)
     >>> print([axes.get_ylabel() for axes in figure.axes[:2]])
     ['stroboscopic $x_r$', 'stroboscopic $v_r$']
     """
@@ -392,7 +393,8 @@ def plot_energies(
     ...     names = ("work", "damper_loss", "friction_loss")
     ...     energy = {name: float(getattr(found, name).value) for name in names}
     ...     points.append({"value": one.value, "stable": one.orbit.stable, "energy": energy})
-    >>> figure = cs.plot_energies({"parameter": "alpha", "points": points, "bifurcations": []})
+    >>> record = {"parameter": "alpha", "points": points, "bifurcations": []}
+    >>> figure = cs.figures.plot_energies(record)
     >>> print([axes.get_ylabel() for axes in figure.axes])
     ['energy per period', 'share of friction']
     """

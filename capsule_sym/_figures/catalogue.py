@@ -78,25 +78,29 @@ class Study:
 
 def _motion(study: Study) -> Figure:
     motions = study.motions([study.system.alpha])
-    return capsule_sym.plot_motion(*motions, **study.looks, device=study.device)
+    return capsule_sym.figures.plot_motion(*motions, **study.looks, device=study.device)
 
 
 def _margins(study: Study) -> Figure:
     (found,) = study.motions([study.system.alpha if study.chosen else 1.5])
-    return capsule_sym.plot_margins(found, **study.looks, device=study.device)
+    return capsule_sym.figures.plot_margins(found, **study.looks, device=study.device)
 
 
 def _bifurcations(study: Study) -> Figure:
-    return capsule_sym.plot_bifurcations(study.branch(), width=study.width, device=study.device)
+    return capsule_sym.figures.plot_bifurcations(
+        study.branch(), width=study.width, device=study.device
+    )
 
 
 def _energies(study: Study) -> Figure:
-    return capsule_sym.plot_energies(study.branch(), width=study.width, device=study.device)
+    return capsule_sym.figures.plot_energies(study.branch(), width=study.width, device=study.device)
 
 
 def _itineraries(study: Study) -> Figure:
     motions, looks = study.motions(study.evenly(_SAMPLES)), study.looks
-    return capsule_sym.plot_itineraries(motions, study.branch(), **looks, device=study.device)
+    return capsule_sym.figures.plot_itineraries(
+        motions, study.branch(), **looks, device=study.device
+    )
 
 
 class Entry(NamedTuple):

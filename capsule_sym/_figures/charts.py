@@ -88,10 +88,11 @@ def plot_chart(
     --------
     >>> import tempfile
     >>> import capsule_sym as cs
-    >>> axes = cs.Axis.linear("alpha", 0.1, 1.0, 6), cs.Axis.linear("delta", 0.0, 0.4, 4)
+    >>> from capsule_sym.inputs import Axis, Sweep
+    >>> axes = Axis.linear("alpha", 0.1, 1.0, 6), Axis.linear("delta", 0.0, 0.4, 4)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     summary = cs.run_sweep(cs.Sweep(axes, periods=100), f"{folder}/chart")
-    ...     figure = cs.plot_chart(cs.open_results(f"{folder}/chart"))
+    ...     summary = cs.run_sweep(Sweep(axes, periods=100), f"{folder}/chart")
+    ...     figure = cs.figures.plot_chart(cs.results.open_results(f"{folder}/chart"))
     >>> print([text.get_text() for text in figure.legends[0].get_texts()][:3])
     ['1  F5 F4 F1 F2', '2  F5 F2', '3  F5 F4 F1 F2 F3 F2']
     """

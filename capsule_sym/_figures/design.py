@@ -67,7 +67,7 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
     --------
     >>> import capsule_sym as cs
     >>> front = cs.pareto("velocity", "work", {"alpha": (0.8, 0.9)}, points=2, samples=2)
-    >>> figure = cs.plot_front(front)
+    >>> figure = cs.figures.plot_front(front)
     >>> print(figure.axes[0].get_xlabel(), [line.get_label() for line in figure.axes[0].lines][1:])
     work ['optimum']
     """
@@ -155,7 +155,7 @@ def plot_residuals(
     >>> times = np.linspace(0.0, 15.0, 100)
     >>> x_r = cs.simulate(cs.Parameters(alpha=0.9), periods=2)(times)[:, 0]
     >>> found = cs.fit({"t": times, "x_r": x_r}, cs.Parameters(alpha=0.85), ["alpha"])
-    >>> figure = cs.plot_residuals(found)
+    >>> figure = cs.figures.plot_residuals(found)
     >>> print(figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel(), sep="; ")
     time (dimensionless); $x_r$, residual over noise
     """

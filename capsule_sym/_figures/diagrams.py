@@ -99,8 +99,8 @@ def plot_diagram(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     command = [sys.executable, "-m", "capsule_sym", "branch", "--alpha", "0.9:1"]
     ...     done = subprocess.run([*command, "--out", folder], capture_output=True)
-    ...     record = cs.read_branch(f"{folder}/branch.json")
-    >>> figure = cs.plot_diagram(record, "progression")
+    ...     record = cs.results.read_branch(f"{folder}/branch.json")
+    >>> figure = cs.figures.plot_diagram(record, "progression")
     >>> print(figure.axes[0].get_ylabel())
     progression per period
     >>> print(figure.legends[1].get_texts()[0].get_text()[:19])

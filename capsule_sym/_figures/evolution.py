@@ -88,7 +88,7 @@ def plot_itineraries(
     >>> motions = [cs.solve_orbit(cs.Parameters(alpha=alpha)) for alpha in (0.7, 0.8, 0.9)]
     >>> points = [{"value": motion.parameters.alpha} for motion in motions]
     >>> record = {"parameter": "alpha", "points": points, "bifurcations": []}
-    >>> figure = cs.plot_itineraries(motions, record)
+    >>> figure = cs.figures.plot_itineraries(motions, record)
     >>> print([text.get_text() for text in figure.legends[0].get_texts()])
     ['$F_{1}$ NC-FD', '$F_{2}$ NC-S', '$F_{4}$ C-FD', '$F_{5}$ C-S']
     """

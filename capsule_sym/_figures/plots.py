@@ -56,20 +56,22 @@ def plot(result: Any, **options: Any) -> Figure:
     from capsule_sym._figures.computed import branch_record
 
     drawn: dict[type[Any], Callable[..., Figure]] = {
-        capsule_sym.Trajectory: capsule_sym.plot_motion,
-        capsule_sym.Orbit: capsule_sym.plot_motion,
-        capsule_sym.Branch: capsule_sym.plot_bifurcations,
-        capsule_sym.Fit: capsule_sym.plot_residuals,
-        capsule_sym.Front: capsule_sym.plot_front,
-        capsule_sym.ContinuedAttractors: capsule_sym.plot_attractors,
-        capsule_sym.Shock: capsule_sym.plot_shock,
-        capsule_sym.Pulse: capsule_sym.plot_pulse,
-        capsule_sym.Tolerances: capsule_sym.plot_tolerances,
+        capsule_sym.results.Trajectory: capsule_sym.figures.plot_motion,
+        capsule_sym.results.Orbit: capsule_sym.figures.plot_motion,
+        capsule_sym.results.Branch: capsule_sym.figures.plot_bifurcations,
+        capsule_sym.results.Fit: capsule_sym.figures.plot_residuals,
+        capsule_sym.results.Front: capsule_sym.figures.plot_front,
+        capsule_sym.results.ContinuedAttractors: capsule_sym.figures.plot_attractors,
+        capsule_sym.results.Shock: capsule_sym.figures.plot_shock,
+        capsule_sym.results.Pulse: capsule_sym.figures.plot_pulse,
+        capsule_sym.results.Tolerances: capsule_sym.figures.plot_tolerances,
     }
     for kind, draw in drawn.items():
         if isinstance(result, kind):
-            shown = branch_record(result) if kind is capsule_sym.Branch else result
+            shown = branch_record(result) if kind is capsule_sym.results.Branch else result
             return draw(shown, **options)
-    allowed = ", ".join(f"a{'n' * (kind is capsule_sym.Orbit)} {kind.__name__}" for kind in drawn)
+    allowed = ", ".join(
+        f"a{'n' * (kind is capsule_sym.results.Orbit)} {kind.__name__}" for kind in drawn
+    )
     others = "sweeps are drawn by plot_chart, plot_basin and plot_pareto"
     raise InvalidInput("result", type(result).__name__, f"{allowed}; {others}")

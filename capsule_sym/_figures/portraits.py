@@ -84,7 +84,7 @@ def plot_displacements(
     >>> from matplotlib.figure import Figure
     >>> import capsule_sym as cs
     >>> axes = Figure().subplots()
-    >>> cs.plot_displacements(cs.solve_orbit(cs.Parameters(alpha=0.9)), axes)
+    >>> cs.figures.plot_displacements(cs.solve_orbit(cs.Parameters(alpha=0.9)), axes)
     >>> print(axes.get_ylabel(), *axes.get_xlim())
     displacements $x_m$, $x_c$ 0.0 1.0
     """
@@ -168,7 +168,7 @@ def plot_phase_portrait(
     >>> from matplotlib.figure import Figure
     >>> import capsule_sym as cs
     >>> axes = Figure().subplots()
-    >>> cs.plot_phase_portrait(cs.solve_orbit(cs.Parameters(alpha=0.9)), axes)
+    >>> cs.figures.plot_phase_portrait(cs.solve_orbit(cs.Parameters(alpha=0.9)), axes)
     >>> print(axes.get_xlabel(), axes.get_ylabel(), sep="; ")
     relative displacement $x_r$; relative velocity $v_r$
     """
@@ -250,7 +250,7 @@ def plot_motion(
     Examples
     --------
     >>> import capsule_sym as cs
-    >>> figure = cs.plot_motion(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> figure = cs.figures.plot_motion(cs.solve_orbit(cs.Parameters(alpha=0.9)))
     >>> print([axes.get_ylabel() for axes in figure.axes])
     ['displacements $x_m$, $x_c$', 'relative velocity $v_r$']
     >>> print([text.get_text() for text in figure.legends[0].get_texts()][:4])
@@ -411,7 +411,7 @@ def plot_margins(
     Examples
     --------
     >>> import capsule_sym as cs
-    >>> figure = cs.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> figure = cs.figures.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
     >>> print([axes.get_ylabel() for axes in figure.axes[2:]])
     ['capsule velocity $v_c$', 'force $P_3$, $P_4$']
     >>> print([text.get_text() for text in figure.axes[0].texts])

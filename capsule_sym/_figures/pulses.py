@@ -56,7 +56,7 @@ def plot_pulse(
     >>> system = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
     >>> found = cs.attractors(system, {"x_r": (-2, 2), "v_r": (-2, 2)}, count=20)
     >>> forward, backward = (one.orbit for one in found.attractors)
-    >>> figure = cs.plot_pulse(cs.switch_by_pulse(forward, backward, values=50))
+    >>> figure = cs.figures.plot_pulse(cs.switch_by_pulse(forward, backward, values=50))
     >>> print([axes.get_ylabel() for axes in figure.axes])
     ['drive', '$x_r$', '$x_c$']
     >>> print(figure.legends[0].get_texts()[0].get_text()[-21:])

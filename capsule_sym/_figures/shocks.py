@@ -76,7 +76,7 @@ def plot_shock(
     >>> box = {"x_r": (-2, 2), "v_r": (-2, 2)}
     >>> fast, slow = (one.orbit for one in cs.attractors(system, box, count=40).attractors)
     >>> inf = float("inf")
-    >>> figure = cs.plot_shock(cs.minimal_shock(slow, weights=(inf, 1, inf), samples=100))
+    >>> figure = cs.figures.plot_shock(cs.minimal_shock(slow, weights=(inf, 1, inf), samples=100))
     >>> print([text.get_text() for text in figure.legends[0].get_texts()][:3])
     ['where it is lost to', 'edge state', 'motion']
     """

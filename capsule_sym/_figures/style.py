@@ -194,8 +194,8 @@ def figure_style(width: float | Literal["column", "page"] | None = None) -> Iter
     Examples
     --------
     >>> import capsule_sym as cs
-    >>> with cs.figure_style("column"):
-    ...     figure = cs.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> with cs.figures.figure_style("column"):
+    ...     figure = cs.figures.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
     >>> print(figure.get_figwidth())
     3.35
     """
@@ -357,9 +357,9 @@ def save_figure(
     >>> import tempfile
     >>> from pathlib import Path
     >>> import capsule_sym as cs
-    >>> figure = cs.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> figure = cs.figures.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     cs.save_figure(figure, f"{folder}/margins.svg", data=True)
+    ...     cs.figures.save_figure(figure, f"{folder}/margins.svg", data=True)
     ...     print(sorted(path.name for path in Path(folder).iterdir()))
     ...     print(Path(folder, "margins.csv").read_text().splitlines()[0])
     ['margins.csv', 'margins.svg']

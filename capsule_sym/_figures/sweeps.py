@@ -91,12 +91,13 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     --------
     >>> import tempfile
     >>> import capsule_sym as cs
-    >>> axes = cs.Axis.linear("x_r", -2.0, 2.0, 6), cs.Axis.linear("v_r", -2.0, 2.0, 4)
+    >>> from capsule_sym.inputs import Axis, Sweep
+    >>> axes = Axis.linear("x_r", -2.0, 2.0, 6), Axis.linear("v_r", -2.0, 2.0, 4)
     >>> system = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
-    >>> sweep = cs.Sweep(axes, system, periods=300)
+    >>> sweep = Sweep(axes, system, periods=300)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     summary, basin = cs.run_basin(sweep, f"{folder}/basin")
-    ...     figure = cs.plot_basin(cs.open_results(f"{folder}/basin"))
+    ...     figure = cs.figures.plot_basin(cs.results.open_results(f"{folder}/basin"))
     >>> print(figure.axes[0].get_xlabel())
     relative displacement $x_r$
     >>> print([text.get_text()[-8:] for text in figure.legends[0].get_texts()][:2])
@@ -246,10 +247,12 @@ def plot_metric(
     --------
     >>> import tempfile
     >>> import capsule_sym as cs
-    >>> sweep = cs.Sweep((cs.Axis.linear("alpha", 0.5, 1.0, 6),), compute=("progression",))
+    >>> from capsule_sym.inputs import Axis, Sweep
+    >>> sweep = Sweep((Axis.linear("alpha", 0.5, 1.0, 6),), compute=("progression",))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     summary = cs.run_sweep(sweep, f"{folder}/line")
-    ...     figure = cs.plot_metric(cs.open_results(f"{folder}/line"), "progression")
+    ...     cells = cs.results.open_results(f"{folder}/line")
+    ...     figure = cs.figures.plot_metric(cells, "progression")
     >>> print(figure.axes[0].get_ylabel(), figure.axes[0].lines[0].get_ydata().round(3))
     progression per period [0.094 0.239 0.412 0.601 0.801 1.003]
     """
@@ -371,10 +374,11 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
     --------
     >>> import tempfile
     >>> import capsule_sym as cs
-    >>> sweep = cs.Sweep((cs.Axis.linear("alpha", 0.5, 3.0, 6),), compute=("energies",))
+    >>> from capsule_sym.inputs import Axis, Sweep
+    >>> sweep = Sweep((Axis.linear("alpha", 0.5, 3.0, 6),), compute=("energies",))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     summary = cs.run_sweep(sweep, f"{folder}/line")
-    ...     figure = cs.plot_pareto(cs.open_results(f"{folder}/line"))
+    ...     figure = cs.figures.plot_pareto(cs.results.open_results(f"{folder}/line"))
     >>> for line in figure.axes[0].lines:
     ...     print(line.get_label(), len(line.get_xdata()))
     cells 6

@@ -57,7 +57,7 @@ def plot_tolerances(
     >>> import capsule_sym as cs
     >>> shares = {"alpha": 0.05, "zeta": 0.1}
     >>> found = cs.tolerances("velocity", shares, cs.Parameters(alpha=0.9), samples=64)
-    >>> figure = cs.plot_tolerances(found)
+    >>> figure = cs.figures.plot_tolerances(found)
     >>> print([axes.get_xlabel()[:16] for axes in figure.axes])
     ['average velocity', 'share of the var']
     """

@@ -79,10 +79,11 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
     --------
     >>> import tempfile
     >>> import capsule_sym as cs
-    >>> axes = cs.Axis.linear("x_r", -2.0, 2.0, 6), cs.Axis.linear("v_r", -2.0, 2.0, 4)
+    >>> from capsule_sym.inputs import Axis, Sweep
+    >>> axes = Axis.linear("x_r", -2.0, 2.0, 6), Axis.linear("v_r", -2.0, 2.0, 4)
     >>> system = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     summary, basin = cs.run_basin(cs.Sweep(axes, system), f"{folder}/basin")
+    ...     summary, basin = cs.run_basin(Sweep(axes, system), f"{folder}/basin")
     >>> print([(one.count, round(one.progression, 4)) for one in basin.attractors])
     [(16, 4.2081), (8, -0.3257)]
     >>> print(basin.numbers[0])

@@ -181,11 +181,12 @@ def run_sweep(
 
     >>> import tempfile
     >>> import capsule_sym as cs
-    >>> axis = cs.Axis.linear("alpha", 0.5, 1.5, 11)
-    >>> sweep = cs.Sweep((axis,), periods=100, compute=("progression",))
+    >>> from capsule_sym.inputs import Axis, Sweep
+    >>> axis = Axis.linear("alpha", 0.5, 1.5, 11)
+    >>> sweep = Sweep((axis,), periods=100, compute=("progression",))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     summary = cs.run_sweep(sweep, f"{folder}/store")
-    ...     progression = cs.open_results(f"{folder}/store").progression.load()
+    ...     progression = cs.results.open_results(f"{folder}/store").progression.load()
     >>> print(summary.status, summary.message)
     complete 11 converged
     >>> print(f"{float(progression.sel(alpha=0.7, method='nearest')):.6f}")

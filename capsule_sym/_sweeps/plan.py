@@ -54,7 +54,7 @@ def load_sweep(path: str | PathLike[str]) -> Sweep:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "sweep.toml")
     ...     size = path.write_text(text)
-    ...     sweep = cs.load_sweep(path)
+    ...     sweep = cs.inputs.load_sweep(path)
     >>> print(sweep.shape, sweep.periods)
     (5,) 200
     """
@@ -108,7 +108,7 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
     --------
     >>> import capsule_sym as cs
     >>> alpha = {"from": 0.01, "to": 1.0, "count": 3, "spacing": "log"}
-    >>> sweep = cs.read_plan({"axes": {"alpha": alpha, "omega": [0.7, 0.9]}, "periods": 100})
+    >>> sweep = cs.inputs.read_plan({"axes": {"alpha": alpha, "omega": [0.7, 0.9]}, "periods": 100})
     >>> print(sweep.shape, sweep.axes[0].values.ravel().round(6))
     (3, 2) [0.01 0.1  1.  ]
     """

@@ -252,10 +252,11 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     --------
     >>> import tempfile
     >>> import capsule_sym as cs
-    >>> sweep = cs.Sweep((cs.Axis.of("alpha", [0.4, 0.9]),), periods=100)
+    >>> from capsule_sym.inputs import Axis, Sweep
+    >>> sweep = Sweep((Axis.of("alpha", [0.4, 0.9]),), periods=100)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     summary = cs.run_sweep(sweep, f"{folder}/store")
-    ...     results = cs.open_results(f"{folder}/store").load()
+    ...     results = cs.results.open_results(f"{folder}/store").load()
     >>> print(dict(results.sizes), results.period_number.values)
     {'alpha': 2} [1 1]
     >>> print(results.itinerary.attrs["flag_meanings"])

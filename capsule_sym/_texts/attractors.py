@@ -15,11 +15,12 @@ from capsule_sym._texts import tables
 
 
 def show_attractors(
-    found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors, device: SceneDevice | None
+    found: capsule_sym.results.Attractors | capsule_sym.results.ContinuedAttractors,
+    device: SceneDevice | None,
 ) -> None:
     """Print attractors, or their branches over a parameter."""
     rows: Iterable[tuple[str, ...]]
-    if isinstance(found, capsule_sym.Attractors):
+    if isinstance(found, capsule_sym.results.Attractors):
         rows = (
             (
                 str(number),
@@ -54,7 +55,7 @@ def show_attractors(
     tables.make_console().print(found.message)
 
 
-def _change(change: capsule_sym.Change | None) -> str:
+def _change(change: capsule_sym.results.Change | None) -> str:
     if change is None:
         return ""
     if change.bifurcation is None:
@@ -62,7 +63,7 @@ def _change(change: capsule_sym.Change | None) -> str:
     return f"{change.value:.9g} {change.type}"
 
 
-def show_shock(found: capsule_sym.Shock, device: SceneDevice | None) -> None:
+def show_shock(found: capsule_sym.results.Shock, device: SceneDevice | None) -> None:
     """Print the smallest shock and what is beyond it."""
     record = found.to_dict()
     rows = {"motion": _motion(record["motion"], device)}
@@ -91,7 +92,7 @@ def _motion(record: dict[str, Any] | None, device: SceneDevice | None) -> str:
     )
 
 
-def show_pulse(found: capsule_sym.Pulse) -> None:
+def show_pulse(found: capsule_sym.results.Pulse) -> None:
     """Print a pulse, if there is one."""
     if not found.periods:
         return
@@ -104,7 +105,11 @@ def show_pulse(found: capsule_sym.Pulse) -> None:
         for name, value in zip(names, found.state, strict=True)
     )
     velocity = units.get("velocity", "")
-    scale = found.system.velocity(1.0) if isinstance(found.system, capsule_sym.SceneDevice) else 1.0
+    scale = (
+        found.system.velocity(1.0)
+        if isinstance(found.system, capsule_sym.inputs.SceneDevice)
+        else 1.0
+    )
     ways = (float(one.average_velocity) * scale for one in (found.start, found.end))
     tables.grid(
         (

@@ -12,7 +12,7 @@ from capsule_sym._texts import tables
 _SAME_SIZE = 1e-6  # relative difference below which entries of a term count as equal
 
 
-def show_branches(found: Sequence[capsule_sym.Branch]) -> None:
+def show_branches(found: Sequence[capsule_sym.results.Branch]) -> None:
     """Print branches with their bifurcations and normal forms."""
     from capsule_sym._map.steady import shown_progression
 
@@ -46,7 +46,7 @@ def show_branches(found: Sequence[capsule_sym.Branch]) -> None:
             _print_normal_forms(one.bifurcations)
 
 
-def _print_bifurcations(found: Sequence[capsule_sym.Bifurcation]) -> None:
+def _print_bifurcations(found: Sequence[capsule_sym.results.Bifurcation]) -> None:
     parameters = sorted({one.parameter for one in found})
     rows = (
         (
@@ -62,7 +62,7 @@ def _print_bifurcations(found: Sequence[capsule_sym.Bifurcation]) -> None:
     tables.table(("", "type", "line", " or ".join(parameters), "uncertainty", "itinerary"), rows)
 
 
-def _print_normal_forms(found: Sequence[capsule_sym.Bifurcation]) -> None:
+def _print_normal_forms(found: Sequence[capsule_sym.results.Bifurcation]) -> None:
     """Print the change of the parameter with the amplitude s."""
     rows = []
     for one in found:
@@ -87,7 +87,7 @@ def largest_entry(entries: Sequence[float]) -> float:
     return next(one for one in entries if abs(one) >= size)
 
 
-def show_curves(curves: Sequence[capsule_sym.Curve], device: SceneDevice | None) -> None:
+def show_curves(curves: Sequence[capsule_sym.results.Curve], device: SceneDevice | None) -> None:
     """Print the ends of curves and their codimension-two points."""
     from capsule_sym._records import in_si
 

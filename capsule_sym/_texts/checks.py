@@ -11,7 +11,7 @@ from capsule_sym._texts import tables
 _SHOWN = 10  # differences
 
 
-def show_check(found: capsule_sym.SwitchCheck) -> None:
+def show_check(found: capsule_sym.results.SwitchCheck) -> None:
     """Print the verdict, the facts, and the first differences."""
     console = tables.make_console()
     console.print(found.message)
@@ -31,7 +31,7 @@ def show_check(found: capsule_sym.SwitchCheck) -> None:
         console.print(f"and {len(rows) - _SHOWN} more (--json shows all)")
 
 
-def _facts(found: capsule_sym.SwitchCheck) -> Iterator[tuple[str, str]]:
+def _facts(found: capsule_sym.results.SwitchCheck) -> Iterator[tuple[str, str]]:
     """Names of results and their texts."""
     own, late = found.segment_error, found.latest
     if late is not None:

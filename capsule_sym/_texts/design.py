@@ -11,7 +11,7 @@ from capsule_sym._errors import counted
 from capsule_sym._texts import tables
 
 
-def show_optimum(found: capsule_sym.Optimum) -> None:
+def show_optimum(found: capsule_sym.results.Optimum) -> None:
     """Print an optimum, if there is one."""
     if not found.over:
         return
@@ -41,7 +41,7 @@ def show_optimum(found: capsule_sym.Optimum) -> None:
     tables.grid(rows)
 
 
-def show_front(found: capsule_sym.Front) -> None:
+def show_front(found: capsule_sym.results.Front) -> None:
     """Print a front as a table."""
     if not found.points:
         return
@@ -64,7 +64,7 @@ _CORRELATED = 0.2  # correlation of residuals above which errors are reported as
 
 
 def show_fit(
-    found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]], read: Sequence[str]
+    found: capsule_sym.results.Fit, ranges: Mapping[str, tuple[float, float]], read: Sequence[str]
 ) -> None:
     """Print what was read, the values of the unknowns, and how far to trust them."""
     for line in read:
@@ -102,7 +102,7 @@ def show_fit(
         )
 
 
-def show_tolerances(found: capsule_sym.Tolerances) -> None:
+def show_tolerances(found: capsule_sym.results.Tolerances) -> None:
     """Print the spread of each metric, its indices, and the probabilities of other motions."""
     if not found.metrics:
         return

@@ -13,7 +13,7 @@ from capsule_sym._texts import tables
 
 
 def show_orbits(
-    found: Sequence[capsule_sym.Orbit], records: Sequence[dict[str, Any]], searched: int
+    found: Sequence[capsule_sym.results.Orbit], records: Sequence[dict[str, Any]], searched: int
 ) -> None:
     """Print the orbits of a search."""
     for one, record in zip(found, records, strict=True):
@@ -21,7 +21,7 @@ def show_orbits(
     click.echo(f"{counted(len(found), 'orbit')} from {counted(searched, 'random state')}")
 
 
-def show_orbit(one: capsule_sym.Orbit, record: dict[str, Any]) -> None:
+def show_orbit(one: capsule_sym.results.Orbit, record: dict[str, Any]) -> None:
     """Print an orbit, of which the record has all numbers."""
     from capsule_sym._map.steady import shown_progression
     from capsule_sym._orbits.metrics.performance import shown

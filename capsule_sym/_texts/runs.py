@@ -11,8 +11,8 @@ from capsule_sym._texts import tables
 
 
 def show_run(
-    trajectory: capsule_sym.Trajectory,
-    motion: capsule_sym.SteadyMotion | None,
+    trajectory: capsule_sym.results.Trajectory,
+    motion: capsule_sym.results.SteadyMotion | None,
     physical: SceneDevice | None,
 ) -> None:
     """Print the segments of the steady motion, or of the last period."""
@@ -51,8 +51,10 @@ def show_run(
         console.print(f"velocity       {advance / period:.6g} m/s on average")
 
 
-def _show_segments(segments: Sequence[capsule_sym.Segment], physical: SceneDevice | None) -> None:
-    def row(segment: capsule_sym.Segment) -> tuple[str, ...]:
+def _show_segments(
+    segments: Sequence[capsule_sym.results.Segment], physical: SceneDevice | None
+) -> None:
+    def row(segment: capsule_sym.results.Segment) -> tuple[str, ...]:
         duration = float(segment.duration)
         if physical:
             duration = 1e3 * physical.time(duration)

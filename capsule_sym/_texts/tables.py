@@ -34,12 +34,14 @@ def in_unit(value: float, name: str, device: SceneDevice | None, digits: int = 6
     return with_unit(value * device.scale(name), UNITS[name].name)
 
 
-def units_of(system: capsule_sym.SceneParameters | capsule_sym.SceneDevice) -> dict[str, str]:
+def units_of(
+    system: capsule_sym.inputs.SceneParameters | capsule_sym.inputs.SceneDevice,
+) -> dict[str, str]:
     """Units of metrics and parameters; empty for dimensionless systems."""
     from capsule_sym._design import quantities
     from capsule_sym._units import METRIC_UNITS
 
-    if not isinstance(system, capsule_sym.SceneDevice):
+    if not isinstance(system, capsule_sym.inputs.SceneDevice):
         return {}
     return {name: unit.name for name, unit in METRIC_UNITS.items()} | quantities.units_of(
         system.scene

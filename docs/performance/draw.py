@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from capsule_sym import figure_style
+from capsule_sym.figures import figure_style
 
 
 @figure_style()

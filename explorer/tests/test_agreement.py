@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters, jacobian, scenes, simulate
+from capsule_sym import Parameters, scenes, simulate
 from capsule_sym._native import core
 from capsule_sym._parameters import CAPSULE, scene
+from capsule_sym.orbits import jacobian
 from explorer import build
 
 PERIODS = 5

@@ -74,7 +74,7 @@ def _same_motion(tab, parameters):
     known = [cs.performance(orbit).damper_loss.value, cs.performance(orbit).friction_loss.value]
     assert _quantity(tab, "losses") == pytest.approx(known, rel=1e-4)
     assert _quantity(tab, "multipliers") == pytest.approx(
-        abs(cs.floquet_multipliers(orbit)), abs=1e-4
+        abs(cs.orbits.floquet_multipliers(orbit)), abs=1e-4
     )
 
 
@@ -346,7 +346,7 @@ def test_what_is_copied_of_a_scene_is_taken(open_page, tmp_path, monkeypatch, ad
         tab.click("#share-open")
         text = tab.inner_text("#share-file")
         if "motion" not in view:
-            scene = cs.read_plan(tomllib.loads(text)).parameters.scene
+            scene = cs.inputs.read_plan(tomllib.loads(text)).parameters.scene
             assert address.startswith(f"#scene={scene.source}")
             continue
         Path("device.toml").write_text(text)

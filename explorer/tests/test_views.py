@@ -305,7 +305,7 @@ def test_a_sweep_is_taken_along(open_page):
     tab = open_page("#view=chart&c_size=16&phase=1&v_r=0.25&zeta=0.1")
     _finished(tab, "chart")
     tab.click("#share-open")
-    plan = cs.read_plan(tomllib.loads(tab.inner_text("#share-file")))
+    plan = cs.inputs.read_plan(tomllib.loads(tab.inner_text("#share-file")))
     assert plan.shape == (16, 16)
     assert (plan.phase, plan.state, plan.parameters.zeta) == (1.0, (0.0, 0.25, 0.0), 0.1)
     np.testing.assert_allclose(plan.axes[1].values[:, 0], 1 + 4 * (np.arange(16) + 0.5) / 16)

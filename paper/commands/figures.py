@@ -7,11 +7,11 @@ from typing import Annotated
 
 import click
 
-from capsule_sym import save_figure
 from capsule_sym._commands import options, present
 from capsule_sym._commands.figures import Colours, Picture
 from capsule_sym._commands.signature import argument, command, group
 from capsule_sym._figures.interface import Study
+from capsule_sym.figures import save_figure
 from paper.figures.catalogue import FIGURES
 
 

@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from capsule_sym import InvalidInput, Parameters, orbit_from_record
+from capsule_sym import InvalidInput, Parameters
 from capsule_sym._figures.interface import BEGIN, Study
 from capsule_sym._figures.interface import catalogue as general
 from capsule_sym._parameters import of_paper
+from capsule_sym.results import orbit_from_record
 from paper.study import data
 
 if TYPE_CHECKING:
@@ -130,8 +131,8 @@ class Entry:
             raise InvalidInput("scene", study.system.scene.name, allowed)
         figure = self.make(study)
         if study.device is not None and not self.metric:
-            from capsule_sym import figure_style
             from capsule_sym._figures.interface import DIMENSIONLESS, add_words
+            from capsule_sym.figures import figure_style
 
             with figure_style():
                 # On the side that has no key yet.

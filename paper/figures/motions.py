@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
-from capsule_sym import Trajectory, plot_displacements, plot_phase_portrait
 from capsule_sym._figures.arcs import Motion, cycle, is_periodic
 from capsule_sym._figures.interface import (
     NARROW,
@@ -28,6 +27,8 @@ from capsule_sym._figures.interface import (
     styled,
     unsettled_handles,
 )
+from capsule_sym.figures import plot_displacements, plot_phase_portrait
+from capsule_sym.results import Trajectory
 from paper.figures.space import fit_view
 
 

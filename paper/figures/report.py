@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
-from capsule_sym import InvalidInput, NotInstalled, Parameters, figure_style
+from capsule_sym import InvalidInput, NotInstalled, Parameters
 from capsule_sym import _explorer as explorer
 from capsule_sym._figures.interface import Colours, Study, Track
 from capsule_sym._files import read_json
 from capsule_sym._records import write as write_texts
+from capsule_sym.figures import figure_style
 from capsule_sym.generated.capsule import DIGEST
 from paper.figures.catalogue import FIGURES
 from paper.printed import read

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from capsule_sym import InvalidInput, Parameters, Trajectory
+from capsule_sym import InvalidInput, Parameters
 from capsule_sym._figures.arcs import opening
 from capsule_sym._figures.interface import (
     NARROW,
@@ -32,6 +32,7 @@ from capsule_sym._figures.interface import (
 from capsule_sym._map.interface import NumpyBackend
 from capsule_sym._orbits.interface import field as rates
 from capsule_sym._parameters import of_paper
+from capsule_sym.results import Trajectory
 from paper.figures.labels import PATCH, Names
 from paper.figures.statespace import top_view, window
 from paper.study.sections import SCHEMATIC, SIGNS, Section, abscissa, line_point, sections

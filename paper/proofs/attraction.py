@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym import CapsuleError, Parameters, Trajectory, simulate
+from capsule_sym import CapsuleError, Parameters, simulate
 from capsule_sym._enclosures.interface import (
     Ball,
     C,
@@ -38,6 +38,7 @@ from capsule_sym._enclosures.interface import (
     unit,
 )
 from capsule_sym._orbits.interface import PARAMETERS
+from capsule_sym.results import Trajectory
 from paper.proofs.case import EXACT
 from paper.proofs.guesses import itinerary_of, steps_of
 from paper.proofs.parts import BOTH, AlphaPart, Outcome

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from capsule_sym import CodimensionTwoPoint, Parameters, continue_bifurcation
+from capsule_sym import Parameters, continue_bifurcation
 from capsule_sym._enclosures.interface import (
     NEAR,
     Ball,
@@ -22,6 +22,7 @@ from capsule_sym._enclosures.interface import (
     prove_event,
 )
 from capsule_sym._orbits.interface import CROSSING
+from capsule_sym.results import CodimensionTwoPoint
 from paper.proofs.decimals import decimal
 from paper.proofs.intervals import approximate
 

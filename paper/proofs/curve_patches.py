@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym import InvalidInput, Itinerary
+from capsule_sym import InvalidInput
 from capsule_sym._enclosures.interface import (
     Ball,
     Shooting,
@@ -25,6 +25,7 @@ from capsule_sym._enclosures.interface import (
     enclose,
 )
 from capsule_sym._orbits.interface import around, swap_segment
+from capsule_sym.results import Itinerary
 from paper.proofs.curve_sides import WithoutSegment, WithSegment
 from paper.proofs.parts import Patch
 

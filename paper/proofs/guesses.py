@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 
-from capsule_sym import Trajectory
 from capsule_sym._enclosures.interface import Leg
 from capsule_sym._orbits.interface import guard_between
+from capsule_sym.results import Trajectory
 
 
 def steps_of(trajectory: Trajectory, first: float, last: float) -> list[Leg]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym import Bifurcation, Itinerary, Orbit, Parameters, continue_orbit, solve_orbit
+from capsule_sym import Parameters, continue_orbit, solve_orbit
 from capsule_sym._enclosures.interface import (
     Ball,
     Proved,
@@ -27,6 +27,7 @@ from capsule_sym._enclosures.interface import (
     shooting_of,
 )
 from capsule_sym._orbits.interface import PARAMETERS
+from capsule_sym.results import Bifurcation, Itinerary, Orbit
 from paper.proofs.branches import Box, march
 
 THRESHOLD_BITS, BRANCH_BITS = 320, 128

@@ -5,9 +5,10 @@ from __future__ import annotations
 from itertools import product
 from typing import NamedTuple
 
-from capsule_sym import CapsuleError, Itinerary, Parameters, SteadyMotion, Trajectory, simulate
+from capsule_sym import CapsuleError, Parameters, simulate
 from capsule_sym._enclosures.interface import Shooting, ball, precision
 from capsule_sym._orbits.interface import PARAMETERS
+from capsule_sym.results import Itinerary, SteadyMotion, Trajectory
 from paper.proofs.case import EXACT
 from paper.proofs.curve_patches import Guess, named, prove_curve
 from paper.proofs.parts import Outcome, Patch

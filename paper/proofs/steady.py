@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from capsule_sym import Itinerary, Parameters, SteadyMotion, Trajectory, simulate
+from capsule_sym import Parameters, simulate
 from capsule_sym._enclosures.interface import (
     Ball,
     Shooting,
@@ -24,6 +24,7 @@ from capsule_sym._enclosures.interface import (
     shooting_of,
 )
 from capsule_sym._orbits.interface import PARAMETERS
+from capsule_sym.results import Itinerary, SteadyMotion, Trajectory
 from paper.proofs.stable import prove
 
 _BITS = 192

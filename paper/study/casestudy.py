@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import capsule_sym
-from capsule_sym import Parameters, SceneParameters, SteadyMotion, Trajectory, simulate
+from capsule_sym import Parameters, simulate
 from capsule_sym._map.interface import default_backend
 from capsule_sym._records import dumps, motion_record, segment_record, table
 from capsule_sym._records import write as write_texts
 from capsule_sym.generated.capsule import DIGEST
+from capsule_sym.inputs import SceneParameters
+from capsule_sym.results import SteadyMotion, Trajectory
 from paper import printed as paper
 
 _PAPER = paper.read()

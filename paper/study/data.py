@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from capsule_sym import InvalidInput, Parameters, SceneParameters, Trajectory, simulate
+from capsule_sym import InvalidInput, Parameters, simulate
 from capsule_sym._figures.interface import (
     Plane,
     Region,
@@ -18,6 +18,8 @@ from capsule_sym._figures.interface import (
     regions,
     steady_run,
 )
+from capsule_sym.inputs import SceneParameters
+from capsule_sym.results import Trajectory
 
 if TYPE_CHECKING:
     from paper.study.sections import Section

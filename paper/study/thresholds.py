@@ -8,17 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from capsule_sym import (
-    Bifurcation,
-    CodimensionTwoPoint,
-    Curve,
-    Ending,
-    ParameterPath,
-    Parameters,
-    continue_bifurcation,
-    continue_orbit,
-    solve_orbit,
-)
+from capsule_sym import Parameters, continue_bifurcation, continue_orbit, solve_orbit
 from capsule_sym._map.interface import Number, backend
 from capsule_sym._orbits.interface import (
     PARAMETERS,
@@ -29,6 +19,8 @@ from capsule_sym._orbits.interface import (
     refined,
 )
 from capsule_sym._records import table, write
+from capsule_sym.inputs import ParameterPath
+from capsule_sym.results import Bifurcation, CodimensionTwoPoint, Curve, Ending
 from paper import printed as paper
 from paper.study.casestudy import GAMMAS
 

@@ -65,8 +65,8 @@ def test_the_two_motions_of_the_basins_page_are_found():
 
 @pytest.mark.long
 def test_each_cell_of_a_basin_has_the_attractor_that_its_start_has_here(tmp_path):
-    axes = cs.Axis.linear("x_r", -2.0, 2.0, 8), cs.Axis.linear("v_r", -2.0, 2.0, 7)
-    _, basin = cs.run_basin(cs.Sweep(axes, BISTABLE, periods=300), tmp_path / "store")
+    axes = cs.inputs.Axis.linear("x_r", -2.0, 2.0, 8), cs.inputs.Axis.linear("v_r", -2.0, 2.0, 7)
+    _, basin = cs.run_basin(cs.inputs.Sweep(axes, BISTABLE, periods=300), tmp_path / "store")
     grid = np.meshgrid(*(axis.values[:, 0] for axis in axes), indexing="ij")
     found = cs.attractors(BISTABLE, np.stack([*map(np.ravel, grid), np.zeros(56)], axis=1))
     assert [one.itinerary for one in found.attractors] == [

@@ -19,9 +19,9 @@ SMALL = cs.Parameters(
 )
 
 
-def known(parameters: cs.SceneParameters, starts: np.ndarray) -> list[cs.Orbit]:
+def known(parameters: cs.inputs.SceneParameters, starts: np.ndarray) -> list[cs.results.Orbit]:
     """Orbits that single runs from starts settle on, each once."""
-    found: list[cs.Orbit] = []
+    found: list[cs.results.Orbit] = []
     for start in starts:
         orbit = cs.solve_orbit(parameters, start.tolist())
         if orbit.success and not any(same(orbit, other) for other in found):
@@ -30,14 +30,14 @@ def known(parameters: cs.SceneParameters, starts: np.ndarray) -> list[cs.Orbit]:
 
 
 def ends(
-    parameters: cs.SceneParameters, start: np.ndarray, phase: float, periods: int
+    parameters: cs.inputs.SceneParameters, start: np.ndarray, phase: float, periods: int
 ) -> np.ndarray:
     """States at phase 0 of the last periods of a single run."""
     run = cs.simulate(parameters, start.tolist(), phase, periods, keep="stroboscopic")
     return np.array(run.stroboscopic[-16:])
 
 
-def nearest(orbits: list[cs.Orbit], state: np.ndarray) -> int:
+def nearest(orbits: list[cs.results.Orbit], state: np.ndarray) -> int:
     """Number of the orbit that a state at phase 0 is on, NONE if it is on none."""
     apart = [abs(stroboscopic(orbit) - state).max(axis=1).min() for orbit in orbits]
     return int(np.argmin(apart)) if min(apart) < 1e-6 else NONE
@@ -54,7 +54,7 @@ def test_starts_lead_where_single_runs_end(parameters):
     phases = random.uniform(0, parameters.period, 24) * (np.arange(24) % 2)
     orbits = known(parameters, starts[:8])
     assert orbits
-    numbers = cs.Destinations(orbits).of(starts, phases)
+    numbers = cs.orbits.Destinations(orbits).of(starts, phases)
     expected = [
         nearest(orbits, ends(parameters, *one, 2000)[-1])
         for one in zip(starts, phases, strict=True)
@@ -66,7 +66,7 @@ def test_starts_lead_where_single_runs_end(parameters):
 def test_states_within_a_neighbourhood_come_to_the_attractor(parameters):
     random = np.random.default_rng(1)
     orbits = [one.orbit for one in cs.attractors(parameters, {"x_r": (-3, 3)}, count=60).attractors]
-    found = cs.Destinations(orbits)
+    found = cs.orbits.Destinations(orbits)
     assert len(orbits) > 1
     for owner, states in enumerate(found.states):
         for state in states:
@@ -82,12 +82,12 @@ def test_states_within_a_neighbourhood_come_to_the_attractor(parameters):
 def test_starts_to_another_attractor_have_no_number():
     orbits = [one.orbit for one in cs.attractors(BISTABLE, {"x_r": (-3, 3)}, count=60).attractors]
     starts = np.random.default_rng(4).uniform(-3, 3, (40, 3))
-    both = cs.Destinations(orbits).of(starts)
-    one = cs.Destinations(orbits[1:]).arrivals(starts)
+    both = cs.orbits.Destinations(orbits).of(starts)
+    one = cs.orbits.Destinations(orbits[1:]).arrivals(starts)
     assert set(both) == {0, 1}
     assert (one.numbers == np.where(both == 1, 0, NONE)).all()
     assert (one.repeats == (both == 0)).all()
-    cut = cs.Destinations(orbits).arrivals(starts, periods=2)
+    cut = cs.orbits.Destinations(orbits).arrivals(starts, periods=2)
     assert (cut.numbers == NONE).any()
     assert not cut.repeats.any()
     assert cut.periods.max() == 2
@@ -97,7 +97,7 @@ def test_starts_to_another_attractor_have_no_number():
     "orbits",
     [
         [],
-        [cs.solve_itinerary(cs.Parameters(zeta=0.0), cs.Itinerary.parse("F2"))],
+        [cs.orbits.solve_itinerary(cs.Parameters(zeta=0.0), cs.results.Itinerary.parse("F2"))],
         [cs.solve_orbit(BISTABLE), cs.solve_orbit(cs.Parameters())],
         [cs.solve_orbit(cs.Parameters(), periods=1)],
     ],
@@ -105,4 +105,4 @@ def test_starts_to_another_attractor_have_no_number():
 )
 def test_other_orbits_are_refused(orbits):
     with pytest.raises(cs.InvalidInput, match="orbits"):
-        cs.Destinations(orbits)
+        cs.orbits.Destinations(orbits)

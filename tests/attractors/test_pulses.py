@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-import capsule_sym
 import capsule_sym as cs
 from capsule_sym._attractors.pulse_search import intervals
 from capsule_sym._cli import main
 from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.work import drive_force, drive_work
+from capsule_sym.figures import plot_pulse
+from capsule_sym.inputs import SceneParameters
+from capsule_sym.results import Orbit, Pulse, PulseStatus
 from tests.design.clock import LIMIT, Clock
 
 # Two motions of about the same speed, backward and forward.
@@ -29,19 +31,19 @@ DOUBLE_STARTS = (-1.9, 1.3, 0.8), (0.5, -0.9, -0.9)
 SETTLED = 300  # excitation periods after which the runs of these tests are at rest on an orbit
 
 
-def motions(parameters: cs.SceneParameters, *starts: tuple[float, float, float]) -> list[cs.Orbit]:
+def motions(parameters: SceneParameters, *starts: tuple[float, float, float]) -> list[Orbit]:
     """The motions that starts settle on."""
     return [cs.solve_orbit(parameters, start) for start in starts]
 
 
-def cycle(parameters: cs.SceneParameters, start: tuple[float, ...], length: int) -> np.ndarray:
+def cycle(parameters: SceneParameters, start: tuple[float, ...], length: int) -> np.ndarray:
     """The states at phase 0 of the motion that a run from a start settles on."""
     run = cs.simulate(parameters, start, periods=SETTLED + length - 1, keep="stroboscopic")
     return np.array(run.stroboscopic[-length:])
 
 
 def leads(
-    system: cs.SceneParameters,
+    system: SceneParameters,
     marks: np.ndarray,
     state: np.ndarray,
     name: str,
@@ -56,7 +58,7 @@ def leads(
 
 
 @pytest.fixture(scope="module")
-def reversal() -> cs.Pulse:
+def reversal() -> Pulse:
     """From backward to forward, the shortest pulse."""
     return cs.switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH))
 
@@ -234,7 +236,7 @@ def test_with_tolerances_the_same_pulse_leads_there_at_all_ends() -> None:
 
 def test_an_attractor_that_tolerances_lose_is_named() -> None:
     found = cs.switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH), tolerances={"alpha": 0.6})
-    assert found.status is cs.PulseStatus.ATTRACTOR_LOST
+    assert found.status is PulseStatus.ATTRACTOR_LOST
     assert "alpha by " in found.message
     assert (found.success, found.periods, found.columns["time"].size) == (False, 0, 0)
 
@@ -243,7 +245,7 @@ def test_where_no_pulse_leads_that_is_said() -> None:
     found = cs.switch_by_pulse(
         *motions(LONG, *LONG_STARTS), {"alpha": (0.8, 0.9)}, most_periods=2, values=50
     )
-    assert found.status is cs.PulseStatus.NO_PULSE
+    assert found.status is PulseStatus.NO_PULSE
     assert "at most 2 periods with alpha from 0.8 to 0.9" in found.message
     assert math.isnan(found.value)
 
@@ -408,4 +410,4 @@ def test_without_a_motion_the_other_way_the_json_says_so(call) -> None:
 def test_a_pulse_that_was_not_found_has_no_picture() -> None:
     none = cs.switch_by_pulse(*motions(LONG, *LONG_STARTS), most_periods=1, values=9)
     with pytest.raises(cs.InvalidInput, match="a pulse that was found"):
-        capsule_sym.plot_pulse(none)
+        plot_pulse(none)

@@ -26,11 +26,11 @@ TONGUES = cs.Parameters(
 
 
 @pytest.fixture(scope="module")
-def shock() -> cs.Shock:
+def shock() -> cs.results.Shock:
     return cs.minimal_shock(cs.solve_orbit(BISTABLE), samples=500, max_seconds=math.inf)
 
 
-def on_motion(orbit: cs.Orbit, time: float) -> np.ndarray:
+def on_motion(orbit: cs.results.Orbit, time: float) -> np.ndarray:
     """A motion's state, by a run that has long settled on it."""
     period = orbit.parameters.period
     run = cs.simulate(orbit.parameters, periods=400)
@@ -39,7 +39,7 @@ def on_motion(orbit: cs.Orbit, time: float) -> np.ndarray:
     return run(whole * period + phase)
 
 
-def comes_back(orbit: cs.Orbit, time: float, state: np.ndarray) -> bool:
+def comes_back(orbit: cs.results.Orbit, time: float, state: np.ndarray) -> bool:
     """True if a run ends on the motion, by the scalar map."""
     phase = math.fmod(time, orbit.parameters.period)
     run = cs.simulate(orbit.parameters, state.tolist(), phase, 400)
@@ -47,7 +47,7 @@ def comes_back(orbit: cs.Orbit, time: float, state: np.ndarray) -> bool:
     return min(abs(np.array(run.final[1]) - np.array(one)).max() for one in own) < 1e-6
 
 
-def losses(orbit: cs.Orbit, size: float, count: int, seed: int) -> int:
+def losses(orbit: cs.results.Orbit, size: float, count: int, seed: int) -> int:
     """Number of random knocks of a size, at random times, that lose the motion from rest."""
     random = np.random.default_rng(seed)
     period, number = orbit.parameters.period, orbit.itinerary.period_number
@@ -79,7 +79,7 @@ def test_the_motion_comes_back_from_a_smaller_knock_and_is_lost_after_a_larger_o
 
 
 @pytest.mark.long
-def test_no_random_knock_that_is_smaller_loses_the_motion(shock: cs.Shock) -> None:
+def test_no_random_knock_that_is_smaller_loses_the_motion(shock: cs.results.Shock) -> None:
     assert losses(shock.orbit, (1 - 1e-4) * shock.size, 2000, 1) == 0
     assert losses(shock.orbit, 1.5 * shock.size, 2000, 1) > 20
 
@@ -94,7 +94,7 @@ def test_no_one_of_a_hundred_thousand_knocks_is_smaller(parameters: cs.Parameter
 
 
 @pytest.mark.long
-def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: cs.Shock) -> None:
+def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: cs.results.Shock) -> None:
     edge = shock.edge
     assert edge is not None
     known = [one for one in cs.search_orbits(BISTABLE, 30) if abs(one.multipliers[0]) > 1]
@@ -124,7 +124,7 @@ def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: cs.Shock) -> Non
     ],
 )
 def test_the_size_is_that_of_the_stable_manifold(
-    parameters: cs.Parameters, size: float, shock: cs.Shock
+    parameters: cs.Parameters, size: float, shock: cs.results.Shock
 ) -> None:
     found = (
         shock
@@ -162,7 +162,7 @@ def test_runs_return_are_lost_or_are_left_open(monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.long
-def test_weights_scale_the_size_and_forbid_components(shock: cs.Shock) -> None:
+def test_weights_scale_the_size_and_forbid_components(shock: cs.results.Shock) -> None:
     search = partial(cs.minimal_shock, shock.orbit, samples=500, max_seconds=math.inf)
     heavy = search(weights=(64.0, 64.0, 64.0))  # which rounds nothing
     assert heavy.size == pytest.approx(64 * shock.size, rel=1e-9)
@@ -186,7 +186,7 @@ def test_a_motion_without_contact_is_never_lost() -> None:
         _ = found.runs
 
 
-def test_results_are_records(shock: cs.Shock) -> None:
+def test_results_are_records(shock: cs.results.Shock) -> None:
     record = shock.to_dict()
     assert (record["status"], record["accuracy"]) == ("found", 1e-4)
     assert list(record["knock"]) == ["x_r", "v_r", "v_c"]
@@ -219,7 +219,7 @@ def test_values_that_are_not_allowed_are_refused(field: str, value: object) -> N
         cs.minimal_shock(cs.solve_orbit(BISTABLE), **{field: value})
 
 
-def test_an_unstable_motion_is_refused(shock: cs.Shock) -> None:
+def test_an_unstable_motion_is_refused(shock: cs.results.Shock) -> None:
     assert shock.edge is not None
     with pytest.raises(cs.InvalidInput, match="stable"):
         cs.minimal_shock(shock.edge)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym import InvalidInput, Parameters, check_switches, read_switches, scenes, simulate
+from capsule_sym import InvalidInput, Parameters, check_switches, inputs, scenes, simulate
 from capsule_sym._check.growth import growth_of_errors
 from capsule_sym._check.matching import Pair, matched
 from capsule_sym._cli import group
@@ -213,7 +213,7 @@ def test_a_file_has_switches_and_what_they_are_of(tmp_path):
     file.write_text(
         "# by my code\n# alpha = 0.7\n# state = 0 0 0\nx_r, time, entered\n0.02,0.2410,F2\n"
     )
-    found = read_switches(file)
+    found = inputs.read_switches(file)
     assert found == ((0.241,), ("F2",), 0.5e-4, {"alpha": (0.7,), "state": (0.0,) * 3})
 
 

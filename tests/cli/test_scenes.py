@@ -8,7 +8,7 @@ from subprocess import CompletedProcess
 
 import pytest
 
-from capsule_sym import InvalidInput, load_parameters, open_results, scenes
+from capsule_sym import InvalidInput, load_parameters, results, scenes
 from capsule_sym._commands.options import scene_of
 
 Command = Callable[..., CompletedProcess[str]]
@@ -169,7 +169,7 @@ def test_commands_follow_orbits_in_a_parameter_of_the_scene(inside: Command, fil
 def test_a_sweep_over_options_is_of_the_scene_of_its_line(command: Command, tmp_path: Path) -> None:
     line = f"sweep --scene prototype --D 0.2:0.4:2 --periods 3 --out {tmp_path / 'store'}"
     assert command(*line.split()).returncode == 0
-    assert open_results(tmp_path / "store").attrs["scene"] == "prototype"
+    assert results.open_results(tmp_path / "store").attrs["scene"] == "prototype"
 
 
 def test_stops_that_overlap_are_refused_in_one_line(command: Command) -> None:

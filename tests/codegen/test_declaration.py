@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from sympy import Symbol
 
-from capsule_sym import SceneParameters, scenes
+from capsule_sym import inputs, scenes
 from capsule_sym._cli import group
 from capsule_sym._sweeps.quantities import TAKEN
 from capsule_sym._symbolic.model.declaration import SHIPPED, BadDeclaration, Model, home, load
@@ -297,7 +297,7 @@ def test_names_in_generated_code_are_refused() -> None:
 def test_names_of_options_results_and_members_are_refused() -> None:
     shipped = [scenes.load(one).facts for one in SHIPPED]
     own = {name for facts in shipped for name in (*facts.PARAMETERS, *facts.DEVICE)}
-    found = {*dir(SceneParameters), *TAKEN}
+    found = {*dir(inputs.SceneParameters), *TAKEN}
     for entry in group.commands.values():
         module = importlib.import_module(entry.module)
         made = getattr(module, entry.name.replace("-", "_")).of_line([])

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import Outcome, Parameters, Trajectory, simulate
+from capsule_sym import Parameters, results, simulate
 from tests.judges import Run, dop853
 from tests.judges.test_judges_agree import CASES, DOP853_ERROR, TRUTH, exact
 
@@ -22,21 +22,21 @@ SOME_QUICK = pytest.mark.parametrize(
 
 
 @cache
-def run(gamma: str, alpha: str, backend: str) -> Trajectory:
+def run(gamma: str, alpha: str, backend: str) -> results.Trajectory:
     return simulate(
         Parameters(alpha=float(alpha), gamma=float(gamma)), periods=PERIODS, backend=backend
     )
 
 
-def fields(trajectory: Trajectory) -> str:
+def fields(trajectory: results.Trajectory) -> str:
     return "".join(str(segment.field) for segment in trajectory.segments)
 
 
-def time(trajectory: Trajectory, instant: Any) -> Any:
+def time(trajectory: results.Trajectory, instant: Any) -> Any:
     return instant.period * 2 * mp.pi / mpf(trajectory.parameters.omega) + instant.phase
 
 
-def check_final(trajectory: Trajectory, truth: dict[str, Any], tolerance: float) -> None:
+def check_final(trajectory: results.Trajectory, truth: dict[str, Any], tolerance: float) -> None:
     assert fields(trajectory) == truth["fields"]
     end, state = trajectory.final
     assert end == (PERIODS, 0)
@@ -60,7 +60,7 @@ def check_double(gamma: str, alpha: str) -> None:
             assert abs(one - two) <= 1e-12
 
 
-def check_judge(trajectory: Trajectory, judged: Run, tolerance: float) -> None:
+def check_judge(trajectory: results.Trajectory, judged: Run, tolerance: float) -> None:
     """Fields, switching times and states agree to the judge's own accuracy."""
     assert fields(trajectory) == judged.fields
     for segment, theirs in zip(trajectory.segments, judged.segments, strict=True):
@@ -77,8 +77,8 @@ def check_judge(trajectory: Trajectory, judged: Run, tolerance: float) -> None:
 def test_double_agrees_with_truth(gamma: str, alpha: str) -> None:
     trajectory = run(gamma, alpha, "numpy")
     check_final(trajectory, TRUTH[gamma, alpha], 1e-12)
-    assert {segment.outcome for segment in trajectory.segments[:-1]} == {Outcome.REGULAR}
-    assert trajectory.segments[-1].outcome is Outcome.END
+    assert {segment.outcome for segment in trajectory.segments[:-1]} == {results.Outcome.REGULAR}
+    assert trajectory.segments[-1].outcome is results.Outcome.END
     assert trajectory.success
     assert trajectory.statistics.escalations == 0
 

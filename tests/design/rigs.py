@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from capsule_sym import PhysicalParameters, RigRun
+from capsule_sym import PhysicalParameters, inputs
 
 DEVICE = PhysicalParameters(
     M_m=0.02, M_c=0.066, k1=40.0, k2=60.0, c=0.1, G=2e-4, P_d=0.2, Omega=45.0, mu=0.25
@@ -62,4 +62,4 @@ def video(name, seed=0, seconds=1.5, outliers=0.05, drift=0.0, scales=(SCALE, SC
         x += (draw.random(len(t)) < outliers) * draw.normal(size=len(t)) * 60
         x[draw.random(len(t)) < 0.03] = np.nan
         data[series] = x
-    return RigRun(name, data, {"P_d": drive[0], "Omega": drive[1]})
+    return inputs.RigRun(name, data, {"P_d": drive[0], "Omega": drive[1]})

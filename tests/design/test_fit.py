@@ -10,13 +10,11 @@ import pytest
 from scipy.stats import binom
 
 from capsule_sym import (
-    FitStatus,
     InvalidInput,
     NotInstalled,
     Parameters,
     PhysicalParameters,
     fit,
-    read_measured,
     sensitivities,
     simulate,
 )
@@ -26,6 +24,8 @@ from capsule_sym._design.problem import Misfit
 from capsule_sym._design.quantities import dimensionless_slopes, values_of, varied
 from capsule_sym._design.residuals import Recorded
 from capsule_sym._parameters import names_of
+from capsule_sym.inputs import read_measured
+from capsule_sym.results import FitStatus
 from tests.design.clock import LIMIT, Clock
 from tests.sampling import many, sampled
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, read_measured
+from capsule_sym import InvalidInput, inputs
 
 TIMES, VALUES = [0.0, 0.5, 1.25, 2000.125], [0.0125, -1.5, 1234.5, np.nan]
 PLAIN = "t,x_m\n0,0.0125\n0.5,-1.5\n1.25,1234.5\n2000.125,\n"
@@ -48,7 +48,7 @@ READ = [
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
 def test_dialects_are_detected(text: str, encoding: str, tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes(text.encode(encoding))
-    found = read_measured(tmp_path / "a.csv")
+    found = inputs.read_measured(tmp_path / "a.csv")
     assert list(found) == ["t", "x_m"]
     np.testing.assert_allclose(found["t"], TIMES, rtol=1e-14)
     np.testing.assert_allclose(found["x_m"], VALUES, rtol=1e-14)
@@ -56,9 +56,9 @@ def test_dialects_are_detected(text: str, encoding: str, tmp_path: Path) -> None
 
 def test_one_line_says_what_was_read(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes("t [s];x_m [µm];x_c\n0;1;2\n".encode("latin-1"))
-    assert read_measured(tmp_path / "a.csv").message == "read 1 row: t in s, x_m in μm, x_c"
+    assert inputs.read_measured(tmp_path / "a.csv").message == "read 1 row: t in s, x_m in μm, x_c"
     (tmp_path / "a.csv").write_bytes(codecs.BOM_UTF16_BE + GERMAN.encode("utf-16-be"))
-    assert read_measured(tmp_path / "a.csv").message == "read 4 rows: t, x_m"
+    assert inputs.read_measured(tmp_path / "a.csv").message == "read 4 rows: t, x_m"
 
 
 @pytest.mark.parametrize(
@@ -82,4 +82,4 @@ def test_one_line_says_what_was_read(tmp_path: Path) -> None:
 def test_what_is_not_clear_is_refused_with_its_place(text: str, named: str, tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(InvalidInput, match=named):
-        read_measured(tmp_path / "a.csv")
+        inputs.read_measured(tmp_path / "a.csv")

@@ -13,6 +13,7 @@ from capsule_sym._design.borders import distances
 from capsule_sym._design.evaluation import same_itinerary_at, settle
 from capsule_sym._design.quantities import dimensionless_slopes, of
 from capsule_sym._units import METRIC_UNITS
+from capsule_sym.results import Optimum, OptimumStatus
 from tests.design.cells import metrics_of
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5), "delta": (0.0, 0.5)}
@@ -32,13 +33,13 @@ def per_work(parameters: cs.Parameters) -> float:
 
 
 @pytest.fixture(scope="module")
-def economical() -> cs.Optimum:
+def economical() -> Optimum:
     return cs.optimise("speed_per_work", BOUNDS)
 
 
-def test_the_most_economical_drive_is_the_known_one(economical: cs.Optimum) -> None:
+def test_the_most_economical_drive_is_the_known_one(economical: Optimum) -> None:
     assert economical.success
-    assert economical.status is cs.OptimumStatus.OPTIMAL
+    assert economical.status is OptimumStatus.OPTIMAL
     assert economical.residual < 1e-9
     told = {name: round(value, 3) for name, value in economical.over.items()}
     assert told == {"alpha": 0.966, "omega": 0.79, "delta": 0.0}
@@ -47,7 +48,7 @@ def test_the_most_economical_drive_is_the_known_one(economical: cs.Optimum) -> N
     assert set(economical.bounds) == {"delta"}
 
 
-def test_no_neighbour_of_an_optimum_is_better(economical: cs.Optimum) -> None:
+def test_no_neighbour_of_an_optimum_is_better(economical: Optimum) -> None:
     p = economical.system
     for da, dw, dd in product((-0.01, 0.0, 0.01), (-0.005, 0.0, 0.005), (0.0, 0.01)):
         if da or dw or dd:
@@ -55,7 +56,7 @@ def test_no_neighbour_of_an_optimum_is_better(economical: cs.Optimum) -> None:
             assert per_work(beside) < economical.value
 
 
-def test_no_cell_of_a_survey_is_better(economical: cs.Optimum) -> None:
+def test_no_cell_of_a_survey_is_better(economical: Optimum) -> None:
     draw = np.random.default_rng(3)
     low, high = np.array(list(BOUNDS.values())).T
     cells = [
@@ -67,7 +68,7 @@ def test_no_cell_of_a_survey_is_better(economical: cs.Optimum) -> None:
 
 
 @pytest.mark.long
-def test_the_optimum_moves_with_fixed_parameters_as_new_optima_do(economical: cs.Optimum) -> None:
+def test_the_optimum_moves_with_fixed_parameters_as_new_optima_do(economical: Optimum) -> None:
     for name in ("zeta", "beta"):
         step = 1e-3 * getattr(economical.system, name)
         ends = [
@@ -107,7 +108,7 @@ def test_an_optimum_on_a_border_is_told_with_both_sides() -> None:
         maximise=False,
         samples=1,
     )
-    assert found.status is cs.OptimumStatus.OPTIMAL_AT_BORDER
+    assert found.status is OptimumStatus.OPTIMAL_AT_BORDER
     assert found.success
     assert found.residual < 1e-9
     assert found.border is not None
@@ -158,7 +159,7 @@ def test_the_worst_of_the_tolerances_counts() -> None:
     assert len(found.constraints) == len(found.orbits) == 3
 
 
-def lightest(samples: int, **how: Any) -> cs.Optimum:
+def lightest(samples: int, **how: Any) -> Optimum:
     """The least force of a device that drifts in a small part of the bounds."""
     base = cs.Parameters(omega=2.4595, delta=0.7147, gamma=5.0337, zeta=0.0361)
     over = {"alpha": (0.4823, 2.9136), "beta": (1.6987, 21.8732)}
@@ -169,7 +170,7 @@ def lightest(samples: int, **how: Any) -> cs.Optimum:
 @pytest.mark.long
 def test_places_that_keep_a_limit_are_found_where_the_objective_is_far_less_beyond_it() -> None:
     found = lightest(128)  # nothing drifts over most of the bounds, at a small force
-    assert found.status is cs.OptimumStatus.OPTIMAL
+    assert found.status is OptimumStatus.OPTIMAL
     assert found.value == pytest.approx(LIGHTEST, rel=1e-12)
 
 
@@ -178,7 +179,7 @@ def test_constraints_that_cannot_hold_are_named_with_how_far_they_fail() -> None
         "speed", {"alpha": (0.5, 0.9)}, subject_to=["peak_force <= 0.5", "speed <= 10"], samples=2
     )
     assert not found.success
-    assert found.status is cs.OptimumStatus.INFEASIBLE
+    assert found.status is OptimumStatus.INFEASIBLE
     assert "peak_force <= 0.5 by " in found.message
     assert "speed" not in found.message
     least = min(

@@ -20,14 +20,14 @@ DAMPED = cs.Parameters(zeta=0.5, delta=20.0)  # soon settled
 
 
 @pytest.fixture(scope="module")
-def front() -> cs.Front:
+def front() -> cs.results.Front:
     return cs.pareto(
         "speed", "cost_of_transport", BOUNDS, points=8, samples=64, max_seconds=math.inf
     )
 
 
 @pytest.mark.long
-def test_every_point_is_an_optimum_and_none_beats_another(front: cs.Front) -> None:
+def test_every_point_is_an_optimum_and_none_beats_another(front: cs.results.Front) -> None:
     assert front.success
     assert len(front.points) >= 7
     assert all(point.success and point.residual < 1e-9 for point in front.points)
@@ -36,7 +36,7 @@ def test_every_point_is_an_optimum_and_none_beats_another(front: cs.Front) -> No
 
 
 @pytest.mark.long
-def test_no_cell_of_a_survey_is_faster_at_no_more_cost(front: cs.Front) -> None:
+def test_no_cell_of_a_survey_is_faster_at_no_more_cost(front: cs.results.Front) -> None:
     draw = np.random.default_rng(4)
     low, high = np.array(list(BOUNDS.values())).T
     cells = [
@@ -55,7 +55,7 @@ def test_no_cell_of_a_survey_is_faster_at_no_more_cost(front: cs.Front) -> None:
 
 
 @pytest.mark.long
-def test_the_multiplier_of_the_bound_is_the_slope_of_the_front(front: cs.Front) -> None:
+def test_the_multiplier_of_the_bound_is_the_slope_of_the_front(front: cs.results.Front) -> None:
     slopes = front.columns["slope"][1:-1]
     assert np.all(slopes > 0)
     assert np.isnan(front.columns["slope"][[0, -1]]).all()
@@ -69,7 +69,7 @@ def test_the_multiplier_of_the_bound_is_the_slope_of_the_front(front: cs.Front) 
 
 
 @pytest.mark.long
-def test_a_front_is_a_table_and_a_record(front: cs.Front) -> None:
+def test_a_front_is_a_table_and_a_record(front: cs.results.Front) -> None:
     frame = front.to_dataframe()
     assert list(frame.columns)[:4] == ["speed", "cost_of_transport", "alpha", "omega"]
     assert len(frame) == len(front.points)
@@ -95,7 +95,7 @@ def drawn(base, over: dict, count: int) -> np.ndarray:
     return np.column_stack([abs(found["velocity"]), costs])[good & (abs(along) > 1e-9)]
 
 
-def worse_between(front: cs.Front, last: int, over: dict[str, tuple[float, float]]) -> bool:
+def worse_between(front: cs.results.Front, last: int, over: dict[str, tuple[float, float]]) -> bool:
     """True if a drive between two neighbouring points is worse than one of them in both metrics."""
     ends = [front.points[i] for i in (last, last + 1)]
     for share in np.linspace(0.0, 1.0, 41)[1:-1]:

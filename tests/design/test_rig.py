@@ -12,6 +12,7 @@ from scipy.stats import binom
 import capsule_sym as cs
 from capsule_sym._design.problem import Misfit
 from capsule_sym._design.rig import recorded
+from capsule_sym.inputs import Rig, RigRun, read_measured, read_rig
 from tests.design.rigs import DEVICE, DRIVES, SCALE, SLIP, phase_of, video
 from tests.design.test_fit import PHASE, START, TRUE, series
 from tests.examples import ROOT
@@ -23,7 +24,7 @@ START_OF_EACH = ("phase", "x_r", "v_r", "v_c")
 
 def rig(runs=None, unknown=(*DEVICES, "scale", "slip"), each=START_OF_EACH, **options):
     runs = [video(name) for name in DRIVES] if runs is None else runs
-    return cs.Rig(runs, unknown, each, **options)
+    return Rig(runs, unknown, each, **options)
 
 
 def off(found, truth):
@@ -124,8 +125,8 @@ def test_runs_without_a_guess_of_their_start_begin_on_the_steady_motion() -> Non
     times = np.linspace(0.0, 60.0, 300)
     x_r, _, _, x_c = run(100.3 * p.period + times, position=True).T
     data = {"t": times, "x_r": 3.0 * x_r + 5.0, "x_c": 3.0 * x_c}
-    one = cs.Rig(
-        [cs.RigRun("one", data, {"alpha": 0.83, "omega": p.omega})],
+    one = Rig(
+        [RigRun("one", data, {"alpha": 0.83, "omega": p.omega})],
         ("zeta", "scale"),
         START_OF_EACH,
     )
@@ -288,7 +289,7 @@ def test_the_videos_of_the_documentation_are_made_by_their_script(tmp_path, monk
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(pages / "videos.py"))
     for name in DRIVES:
-        committed, made = (cs.read_measured(place / f"{name}.csv") for place in (pages, tmp_path))
+        committed, made = (read_measured(place / f"{name}.csv") for place in (pages, tmp_path))
         assert list(committed) == list(made)
         for column in made:  # written with two digits
             assert committed[column] == pytest.approx(made[column], abs=0.011, nan_ok=True)
@@ -297,7 +298,7 @@ def test_the_videos_of_the_documentation_are_made_by_their_script(tmp_path, monk
 def test_a_rig_is_read_as_it_stands(folder) -> None:
     text = "scale = 8000\nslip = 0.001\n" + HEAD + "[bounds]\nmu = [0.1, 0.5]\n" + RUN
     (folder / "rig.toml").write_text(text + 'name = "first"\nstate = [0, 0, 0]\nphase = 0.1\n')
-    found = cs.read_rig(folder / "rig.toml")
+    found = read_rig(folder / "rig.toml")
     assert (found.scale, found.slip, found.bounds) == (8000, 0.001, {"mu": [0.1, 0.5]})
     (run,) = found.runs
     assert (run.name, run.drive) == ("first", {"P_d": 0.25, "Omega": 38.0})
@@ -312,11 +313,9 @@ def test_rigs_of_every_scene_are_fitted(name) -> None:
     times = np.linspace(0.0, 8 * p.period, 200)
     x_r, _, _, x_c = run(0.4 + 1.001 * times, position=True).T
     data = {"t": times, "x_m": 3.0 * (x_r + x_c) + 5.0, "x_c": 3.0 * x_c}
-    one = cs.RigRun("one", data, {"alpha": 1.3, "omega": p.omega}, (0.12, 0.2, 0.3), 0.45)
+    one = RigRun("one", data, {"alpha": 1.3, "omega": p.omega}, (0.12, 0.2, 0.3), 0.45)
     each = ("phase", "x_r")
-    found = cs.fit_rig(
-        cs.Rig([one], ("zeta", "gamma", "slip", "scale"), each), p.replace(zeta=0.05)
-    )
+    found = cs.fit_rig(Rig([one], ("zeta", "gamma", "slip", "scale"), each), p.replace(zeta=0.05))
     assert found.success
     truth = {"zeta": 0.06, "gamma": p.gamma, "slip": 1e-3, "scale": 3.0, "one.phase": 0.4}
     for key, value in truth.items():

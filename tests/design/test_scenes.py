@@ -104,7 +104,7 @@ def test_distances_to_other_itineraries_have_exact_derivatives(scene: str) -> No
 
     def near(name: str, way: int) -> dict[tuple[object, ...], float]:
         changed = given.replace(**{name: getattr(given, name) + way * STEP})
-        moved = cs.solve_itinerary(changed, orbit.itinerary, [float(one) for one in orbit.z])
+        moved = cs.orbits.solve_itinerary(changed, orbit.itinerary, [float(one) for one in orbit.z])
         return {
             (one.kind, one.segment, one.guard): float(one.value)
             for one in (row.inequality for row in distances(moved))

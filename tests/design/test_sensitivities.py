@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import InvalidInput, Parameters, Sensitivities, sensitivities, simulate
+from capsule_sym import InvalidInput, Parameters, results, sensitivities, simulate
 from capsule_sym._design import sensitivities as module
 from capsule_sym._design.sensitivities import columns_of
 from capsule_sym._native import core, watch
@@ -47,7 +47,7 @@ def capsule_moves(name: str) -> bool:
     return CASES[name][1][2] != 0.0
 
 
-def found_of(name: str, native: bool, monkeypatch) -> tuple[Sensitivities, int]:
+def found_of(name: str, native: bool, monkeypatch) -> tuple[results.Sensitivities, int]:
     parameters, state, phase = CASES[name]
     if not native:
         monkeypatch.setattr(module, "core_of", lambda _: None)

@@ -10,6 +10,7 @@ from capsule_sym._design.optimise import program_of
 from capsule_sym._design.polish import BASIN
 from capsule_sym._design.settled import attracting, settle_many
 from capsule_sym._design.survey import Survey
+from capsule_sym.orbits import floquet_multipliers
 
 START = ((0.0, 0.0, 0.0),)
 DEVICE = cs.PhysicalParameters(
@@ -145,7 +146,7 @@ def test_what_motions_count_is_one_of_two() -> None:
 def test_a_motion_that_is_closed_and_unstable_is_not_one_on_which_starts_settle() -> None:
     p = cs.Parameters(3.0, 2.4322047, 0.77, 0.047036956, 25.71881, 1.7228395)
     branch = cs.continue_orbit(cs.solve_orbit(p), "delta", 0.7)
-    lost = [one.orbit for one in branch.points if abs(cs.floquet_multipliers(one.orbit)[0]) > 1.05]
+    lost = [one.orbit for one in branch.points if abs(floquet_multipliers(one.orbit)[0]) > 1.05]
     rows = np.array([[*one.parameters.to_dict().values()] for one in lost])
     starts, phases = zip(*(_start_of(one, one.parameters) for one in lost), strict=True)
     found = cs.performance_many(rows, cs.simulate_many(rows, starts, phases, 1).states, 2)

@@ -136,7 +136,7 @@ def test_a_distribution_that_leaves_the_range_is_refused() -> None:
 
 def test_the_picture_has_the_indices() -> None:
     found = tolerances(("speed", "peak_force"), _SHARES, BASE, samples=64)
-    figure = capsule_sym.plot_tolerances(found)
+    figure = capsule_sym.figures.plot_tolerances(found)
     for k, one in enumerate(found.metrics):
         bars = [bar.get_width() for bar in figure.axes[2 * k + 1].patches]
         np.testing.assert_allclose(bars, [*one.first, *one.total])

@@ -8,12 +8,10 @@ import matplotlib as mpl
 import pytest
 
 import capsule_sym as cs
+from capsule_sym.inputs import ContinuationSettings
+from tests.public import PUBLIC
 
-FUNCTIONS = [
-    name
-    for name in dir(cs)
-    if not name.startswith("_") and inspect.isfunction(inspect.unwrap(getattr(cs, name)))
-]
+FUNCTIONS = [name for name, one in PUBLIC.items() if inspect.isfunction(inspect.unwrap(one))]
 HEADING = re.compile(r"\n(Parameters|Returns|Raises|Notes|See Also|Examples)\n-+\n")
 ENTRY = re.compile(r"^(\*{0,2}[a-zA-Z_][\w, *]*) : (.*)\n((?:    .*\n?|\n)*)", re.M)
 UNIT = re.compile(
@@ -53,7 +51,7 @@ def lacks(name: str, parameters: dict[str, inspect.Parameter], text: str) -> lis
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_each_parameter_is_named_with_its_unit_and_default(name: str) -> None:
-    function = getattr(cs, name)
+    function = PUBLIC[name]
     text = inspect.getdoc(function) or ""
     assert lacks(name, dict(inspect.signature(function).parameters), text) == []
     assert {"Returns", "Examples"} <= set(sections(text))
@@ -79,14 +77,14 @@ def test_what_a_docstring_lacks_is_found() -> None:
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_each_example_runs(name: str) -> None:
-    function = inspect.unwrap(getattr(cs, name))
+    function = inspect.unwrap(PUBLIC[name])
     (example,) = doctest.DocTestFinder(recurse=False).find(function, name, globs={})
     assert example.examples
     with mpl.rc_context({"backend": "agg"}):
         assert doctest.DocTestRunner().run(example).failed == 0
 
 
-@pytest.mark.parametrize("kind", [cs.Parameters, cs.PhysicalParameters, cs.ContinuationSettings])
+@pytest.mark.parametrize("kind", [cs.Parameters, cs.PhysicalParameters, ContinuationSettings])
 def test_each_field_is_named_with_its_unit(kind: type) -> None:
     fields = dict(inspect.signature(kind).parameters)
     assert lacks(kind.__name__, fields, inspect.getdoc(kind) or "") == []

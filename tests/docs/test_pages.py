@@ -12,6 +12,8 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterator
 from enum import StrEnum
+from importlib import import_module
+from pathlib import Path
 
 import click
 import pytest
@@ -23,6 +25,7 @@ from capsule_sym._orbits.continuation.points.kinds import INITIALS
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._texts import tables
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
+from tests.public import HOMES, MODULES, PUBLIC
 
 SLOW = {
     "docs/api/attractors.md",
@@ -232,30 +235,34 @@ def test_a_result_is_made_anew_when_what_it_is_made_from_changes(made: str) -> N
 def listed() -> list[str]:
     """The public names that the pages of the Python interface list."""
     texts = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs/api").glob("*.md"))]
-    return re.findall(r"^\.\. auto\w+:: capsule_sym\.(\w+)$", "\n".join(texts), re.M)
+    return re.findall(r"^\.\. auto\w+:: (capsule_sym\.\S+)$", "\n".join(texts), re.M)
 
 
 def test_the_pages_list_every_public_name_once() -> None:
-    assert sorted(listed()) == sorted(set(capsule_sym.__all__) - {"__version__"})
+    names = {f"{home}.{name}" for name, home in HOMES.items()}
+    shown = [name for name in listed() if name != "capsule_sym.codegen.Model"]
+    assert sorted(shown) == sorted({*MODULES, "capsule_sym.scenes", *names} - {"capsule_sym"})
 
 
-def test_type_checkers_see_the_same_names() -> None:
-    stub = (ROOT / "capsule_sym" / "__init__.pyi").read_text(encoding="utf-8")
-    imports = [node for node in ast.parse(stub).body if isinstance(node, ast.ImportFrom)]
+@pytest.mark.parametrize("module", MODULES)
+def test_type_checkers_see_the_same_names(module: str) -> None:
+    file = Path(str(import_module(module).__file__)).with_suffix(".pyi")
+    stub = ast.parse(file.read_text(encoding="utf-8"))
+    imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
     names = {alias.asname for node in imports for alias in node.names}
-    assert names | {"__version__", "scenes"} == set(capsule_sym.__all__)
+    assert names == set(import_module(module).__all__) - {"__version__"}
 
 
-@pytest.mark.parametrize("name", sorted(set(capsule_sym.__all__) - {"__version__", "scenes"}))
+@pytest.mark.parametrize("name", sorted(PUBLIC))
 def test_a_public_name_says_what_it_is(name: str) -> None:
-    found = getattr(capsule_sym, name)
+    found = PUBLIC[name]
     assert found.__name__ == name
     assert len(found.__doc__ or "") > 20
 
 
 def called(name: str) -> Iterator[tuple[str, Callable[..., object]]]:
     """A public function, or the public methods of a class."""
-    found = getattr(capsule_sym, name)
+    found = PUBLIC[name]
     if not inspect.isclass(found):
         yield name, inspect.unwrap(found)
         return
@@ -265,7 +272,7 @@ def called(name: str) -> Iterator[tuple[str, Callable[..., object]]]:
             yield f"{name}.{method}", function
 
 
-@pytest.mark.parametrize("name", sorted(set(capsule_sym.__all__) - {"__version__", "scenes"}))
+@pytest.mark.parametrize("name", sorted(PUBLIC))
 def test_a_docstring_says_what_is_raised(name: str) -> None:
     """Exceptions that a function raises itself, by name."""
     for called_name, function in called(name):
@@ -292,7 +299,7 @@ def numbers_of(name: str) -> Iterator[tuple[str, str, str]]:
 
     The text of a class includes its docstring, and that of an attribute the string below it.
     """
-    found = getattr(capsule_sym, name)
+    found = PUBLIC[name]
     if not inspect.isclass(found):
         yield name, str(inspect.signature(found)), inspect.getdoc(found) or ""
         return
@@ -306,13 +313,13 @@ def numbers_of(name: str) -> Iterator[tuple[str, str, str]]:
             yield f"{name}.{member}", str(inspect.signature(function)), text
 
 
-@pytest.mark.parametrize("name", sorted(set(capsule_sym.__all__) - {"__version__", "scenes"}))
+@pytest.mark.parametrize("name", sorted(PUBLIC))
 def test_a_docstring_has_shapes_and_units(name: str) -> None:
     for each, types, text in numbers_of(name):
         types = types.replace("max_seconds: 'float'", "")  # its name has its unit
         if re.search(ARRAY, types):
             assert re.search(SHAPE, text), f"{each}: of which shape is {types}?"
-        drawn = inspect.unwrap(getattr(capsule_sym, name)).__module__.startswith(DRAWN)
+        drawn = inspect.unwrap(PUBLIC[name]).__module__.startswith(DRAWN)
         if not drawn and re.search(rf"\bfloat\b|\bNumber\b|{ARRAY}", types):
             assert re.search(UNIT, text), f"{each}: in which units is {types}?"
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from capsule_sym import Bifurcation, Parameters, continue_orbit, solve_orbit
+from capsule_sym import Parameters, continue_orbit, results, solve_orbit
 from capsule_sym._enclosures.numbers.balls import precision
 from capsule_sym._enclosures.orbits.events import Proved, prove_event
 
@@ -23,12 +23,12 @@ def precise(number: int) -> Callable[..., object]:
     return bits
 
 
-def bifurcations(first: float = 0.001, last: float = 2.0) -> tuple[Bifurcation, ...]:
+def bifurcations(first: float = 0.001, last: float = 2.0) -> tuple[results.Bifurcation, ...]:
     """Bifurcations between two amplitudes, in double precision."""
     return continue_orbit(solve_orbit(Parameters(alpha=first)), "alpha", last).bifurcations
 
 
-def threshold(found: Bifurcation, exact: dict[str, Any]) -> Proved:
+def threshold(found: results.Bifurcation, exact: dict[str, Any]) -> Proved:
     """Bifurcation with a segment of duration 0, proved."""
     assert found.segment is not None
     with precision(320):

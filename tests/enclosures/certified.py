@@ -23,7 +23,7 @@ def unstable() -> dict[str, Any]:
     """Certificate of an orbit between two period doublings."""
     found = cs.solve_orbit(cs.Parameters(alpha=0.0428, zeta=0.005))
     values = [0.045, *found.values[1:]]
-    return cs.certify_orbit(cs.solve_itinerary(values, found.itinerary, list(found.z)))
+    return cs.certify_orbit(cs.orbits.solve_itinerary(values, found.itinerary, list(found.z)))
 
 
 @cache

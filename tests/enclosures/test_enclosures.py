@@ -41,13 +41,13 @@ with precision(256):
 bits = precise(128)
 
 
-def orbit_at(amplitude: float, gamma: float = 3.3) -> cs.Orbit:
+def orbit_at(amplitude: float, gamma: float = 3.3) -> cs.results.Orbit:
     found = cs.solve_orbit(cs.Parameters(alpha=amplitude, gamma=gamma))
     assert found.success, found.message
     return found
 
 
-def tube_at(orbit: cs.Orbit, radius: float = 0.0):
+def tube_at(orbit: cs.results.Orbit, radius: float = 0.0):
     shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), EXACT)
     return enclose(shooting, guess_of(shooting, orbit), {shooting.parameter("alpha"): radius})
 
@@ -143,7 +143,9 @@ def test_tube_holds_the_orbits_found_at_other_amplitudes() -> None:
     at = tube.shooting.parameter("alpha")
     for share in (-0.9, 0.4, 0.99):
         values = [0.7 + share * 2e-3, *orbit.values[1:]]
-        guess = guess_of(tube.shooting, cs.solve_itinerary(values, orbit.itinerary, list(orbit.z)))
+        guess = guess_of(
+            tube.shooting, cs.orbits.solve_itinerary(values, orbit.itinerary, list(orbit.z))
+        )
         assert tube.holds(guess)
         shifted = list(guess)
         shifted[0] += 0.05
@@ -159,7 +161,7 @@ def test_box_that_is_too_wide_is_not_proved() -> None:
 def test_multipliers_are_those_of_double_precision() -> None:
     for amplitude in (0.3, 1.2, 1.9):
         orbit = orbit_at(amplitude)
-        values = cs.floquet_multipliers(orbit)
+        values = cs.orbits.floquet_multipliers(orbit)
         found = characteristic(monodromy(tube_at(orbit).wide))
         assert float(found.trace) == pytest.approx(float(np.sum(values).real), abs=1e-9)
         assert float(found.determinant) == pytest.approx(float(np.prod(values).real), abs=1e-9)
@@ -192,7 +194,7 @@ def test_zero_of_the_equations_that_is_no_motion_is_rejected(amplitude, beyond, 
     for share in np.linspace(0, 1, 12)[1:]:
         values = list(orbit.values)
         values[0] = amplitude + share * (beyond - amplitude)
-        moved = cs.solve_itinerary(values, orbit.itinerary, list(orbit.z))
+        moved = cs.orbits.solve_itinerary(values, orbit.itinerary, list(orbit.z))
         assert moved.success, moved.message
         orbit = moved
     tube = tube_at_columns(orbit, orbit)
@@ -200,7 +202,7 @@ def test_zero_of_the_equations_that_is_no_motion_is_rejected(amplitude, beyond, 
         prove_admissible(tube)
 
 
-def tube_at_columns(orbit: cs.Orbit, guess: cs.Orbit):
+def tube_at_columns(orbit: cs.results.Orbit, guess: cs.results.Orbit):
     shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), EXACT)
     given = {shooting.parameter("alpha"): 0.0}
     if orbit.itinerary.segments[0].guard is None:
@@ -241,12 +243,12 @@ def test_orders_of_contact() -> None:
 
 
 @pytest.fixture(scope="module")
-def found() -> tuple[cs.Bifurcation, ...]:
+def found() -> tuple[cs.results.Bifurcation, ...]:
     return bifurcations()
 
 
 @pytest.fixture(scope="module")
-def events(found: tuple[cs.Bifurcation, ...]) -> list[Proved]:
+def events(found: tuple[cs.results.Bifurcation, ...]) -> list[Proved]:
     return [threshold(one, EXACT | {"gamma": "3.3"}) for one in found]
 
 

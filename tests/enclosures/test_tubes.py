@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from flint import arb_mat
 
-from capsule_sym import Parameters, solve_itinerary, solve_orbit
+from capsule_sym import Parameters, orbits, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, precision
 from capsule_sym._enclosures.orbits import krawczyk
 from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
@@ -136,7 +136,7 @@ def test_affine_states_are_those_of_the_orbits_of_a_tube() -> None:
     forms = affine_states(tube)
     for s in PLACES:
         values = [0.7 + s * radius, *orbit.values[1:]]
-        moved = solve_itinerary(values, orbit.itinerary, list(orbit.z))
+        moved = orbits.solve_itinerary(values, orbit.itinerary, list(orbit.z))
         assert moved.success, moved.message
         for form, flow in zip(forms, moved.system.flows, strict=True):
             for row in range(3):

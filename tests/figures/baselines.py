@@ -10,7 +10,7 @@ from typing import Any
 
 from matplotlib.testing.compare import compare_images
 
-from capsule_sym import figure_style
+from capsule_sym.figures import figure_style
 
 _TOLERANCE = 6.0  # root mean square of pixel values: room for another version of FreeType
 _RESOLUTION = 60  # dots per inch

@@ -7,16 +7,16 @@ from typing import Any
 
 import pytest
 
-from capsule_sym import Parameters, Trajectory, simulate
+from capsule_sym import Parameters, results, simulate
 from capsule_sym._figures.computed import branch_from_rest
 
 
 @pytest.fixture(scope="session")
-def settled() -> Callable[..., Trajectory]:
+def settled() -> Callable[..., results.Trajectory]:
     """The run of the case study from rest at an amplitude, which ends in a steady motion."""
 
     @cache
-    def run(alpha: float, gamma: float = 3.0, periods: int = 128) -> Trajectory:
+    def run(alpha: float, gamma: float = 3.0, periods: int = 128) -> results.Trajectory:
         return simulate(Parameters(alpha=alpha, gamma=gamma), periods=periods)
 
     return run

@@ -12,18 +12,7 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from capsule_sym import (
-    Parameters,
-    continue_orbit,
-    figure_style,
-    performance,
-    plot_bifurcations,
-    plot_diagram,
-    plot_energies,
-    plot_itineraries,
-    simulate,
-    solve_orbit,
-)
+from capsule_sym import Parameters, continue_orbit, figures, performance, simulate, solve_orbit
 from capsule_sym._figures.arcs import cycle
 from capsule_sym._figures.branches import spread
 from capsule_sym._figures.computed import branch_record, orbit_of
@@ -77,7 +66,7 @@ SMALL = {
 
 
 def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
-    figure = plot_bifurcations(SMALL)
+    figure = figures.plot_bifurcations(SMALL)
     x_r, v_r, velocity = figure.axes
     for axes, first, second, markers in (
         (x_r, [0.1, 0.2], [0.3, 0.4], [0.25, 0.26]),
@@ -111,7 +100,7 @@ def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
 
 @pytest.mark.long
 def test_the_case_study_has_the_printed_bifurcations(branch) -> None:
-    velocity = plot_bifurcations(branch).axes[2]
+    velocity = figures.plot_bifurcations(branch).axes[2]
     (marked,) = [line for line in velocity.lines if line.get_marker() == "o"]
     assert list(marked.get_xdata()) == pytest.approx(PRINTED, rel=0.01)
     uprights = [line.get_xdata() for line in velocity.lines if list(line.get_ydata()) == [0, 1]]
@@ -143,7 +132,7 @@ def bands(axes: Any, label: str) -> list[dict[float, tuple[float, float]]]:
 
 @pytest.mark.long
 def test_losses_stack_to_the_work_at_every_orbit_and_bifurcation(branch) -> None:
-    upper, lower = plot_energies(branch).axes
+    upper, lower = figures.plot_energies(branch).axes
     (damper,), (friction,) = (bands(upper, f"lost {where}") for where in DAMPED)
     orbits = [orbit_of(one) for one in (*branch["points"], *branch["bifurcations"])]
     assert sorted(damper) == sorted(friction) == sorted({one.value("alpha") for one in orbits})
@@ -168,7 +157,9 @@ def test_lift_lies_on_the_losses_or_below_zero(lift: float) -> None:
         {**one, "energy": {**one["energy"], "work": 3 * one["value"] + lift, "lift": lift}}
         for one in SMALL["points"]
     ]
-    (area,) = bands(plot_energies({**SMALL, "points": points}).axes[0], "lift of the bodies")
+    (area,) = bands(
+        figures.plot_energies({**SMALL, "points": points}).axes[0], "lift of the bodies"
+    )
     for one in points:
         base = 3 * one["value"] if lift > 0 else 0.0
         assert area[one["value"]] == pytest.approx(sorted((base, base + lift)))
@@ -180,8 +171,8 @@ def test_styles_change_at_the_solved_bifurcation(doubling) -> None:
     assert exact not in [point.value for point in doubling.points]
     record = branch_record(doubling)
     for axes in (
-        plot_bifurcations(record).axes[2],
-        plot_diagram({**record, "switched": []}).axes[0],
+        figures.plot_bifurcations(record).axes[2],
+        figures.plot_diagram({**record, "switched": []}).axes[0],
     ):
         drawn = [line for line in axes.lines if len(line.get_xdata()) > 2]
         before, after = (
@@ -203,7 +194,7 @@ def test_styles_change_at_a_fold_whose_value_the_branch_passes_again() -> None:
     ]
     for one, size in zip(folds, (1.1, 0.9), strict=True):
         one["multipliers_after"] = [[size, 0.0]]
-    axes = plot_bifurcations({**SMALL, "points": points, "bifurcations": folds}).axes[2]
+    axes = figures.plot_bifurcations({**SMALL, "points": points, "bifurcations": folds}).axes[2]
     drawn = [list(line.get_xdata()) for line in axes.lines if line.get_label() in STYLES]
     assert drawn == [[1.0, 0.9, 0.8, 0.799], [0.799, 0.85, 0.95, 0.951], [0.951, 0.9, 0.7]]
 
@@ -220,7 +211,9 @@ def test_an_area_of_itineraries_ends_at_the_solved_bifurcation(settled, branch) 
     """Between two motions the backward drift begins at the branch's point, and joins switches."""
     exact = next(one["value"] for one in branch["bifurcations"] if one["label"] == "AS2")
     runs = [settled(exact - 0.01), settled(exact + 0.01)]
-    areas = {one.get_label(): one for one in plot_itineraries(runs, branch).axes[0].collections}
+    areas = {
+        one.get_label(): one for one in figures.plot_itineraries(runs, branch).axes[0].collections
+    }
     corners = np.concatenate([path.vertices for path in areas["F3"].get_paths()])
     assert corners[:, 0].min() == pytest.approx(exact, abs=1e-15)
     step = np.ptp(corners[corners[:, 0] == corners[:, 0].min(), 1])
@@ -269,14 +262,14 @@ def test_a_motion_beside_longer_ones_is_drawn_over_as_many_periods(settled) -> N
 def test_what_is_not_periodic_has_a_meaning_in_the_legend(settled, branch) -> None:
     restless = simulate(Parameters(alpha=1.2, gamma=3.0), periods=3)
     motions = [settled(0.7), restless, settled(1.9)]
-    figure = plot_itineraries(motions, branch)
+    figure = figures.plot_itineraries(motions, branch)
     white = "not settled"
     assert [one.get_text() for one in figure.legends[0].get_texts()][-1] == white
     columns = {
         path.vertices[:, 0].min() for c in figure.axes[0].collections for path in c.get_paths()
     }
     assert sorted(columns) == pytest.approx([0.7, 1.55])  # that at 1.2 stays white
-    without = plot_itineraries(motions[::2], branch)
+    without = figures.plot_itineraries(motions[::2], branch)
     assert white not in [one.get_text() for one in without.legends[0].get_texts()]
 
 
@@ -284,21 +277,21 @@ def test_what_is_not_periodic_has_a_meaning_in_the_legend(settled, branch) -> No
 def test_labels_lead_to_their_values_where_motions_reach_farther_than_the_branch(settled) -> None:
     found = [{**SMALL["bifurcations"][0], "value": value} for value in (1.15, 2.5)]
     record = {**SMALL, "parameter": "alpha", "bifurcations": found}
-    axes = plot_itineraries([settled(0.7), settled(1.5)], record).axes[0]
+    axes = figures.plot_itineraries([settled(0.7), settled(1.5)], record).axes[0]
     (note,) = [text for text in axes.texts if text.get_text() == "GR1"]
     low, high = axes.get_xlim()
     assert low + note.xy[0] * (high - low) == pytest.approx(1.15)
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("draw", [plot_bifurcations, plot_energies])
+@pytest.mark.parametrize("draw", [figures.plot_bifurcations, figures.plot_energies])
 def test_a_branch_may_be_one_orbit(draw) -> None:
     one = {**SMALL, "points": SMALL["points"][:1], "bifurcations": []}
     low, high = draw(one).axes[-1].get_xlim()
     assert low < 1.0 < high
 
 
-@pytest.mark.parametrize("draw", [plot_bifurcations, plot_energies])
+@pytest.mark.parametrize("draw", [figures.plot_bifurcations, figures.plot_energies])
 def test_a_branch_that_ends_early_says_so_in_its_figures(draw) -> None:
     labels = [
         draw({**SMALL, **status}, width=3.35).axes[-1].get_xlabel()
@@ -312,14 +305,14 @@ def test_a_branch_that_ends_early_says_so_in_its_figures(draw) -> None:
 def test_long_numbers_along_a_narrow_diagram_stay_apart() -> None:
     ends = ((0.005, 0.0012), (0.0072, 0.0034))
     points = [point(at, True, [[x, x, 0.0]], x) for at, x in ends]
-    figure = plot_bifurcations({**SMALL, "points": points, "bifurcations": []}, width=3.35)
-    with figure_style():
+    figure = figures.plot_bifurcations({**SMALL, "points": points, "bifurcations": []}, width=3.35)
+    with figures.figure_style():
         assert problems(figure) == []
 
 
 @pytest.mark.long
 def test_itineraries_name_the_bifurcations(settled, branch) -> None:
-    axes = plot_itineraries([settled(0.7), settled(1.9)], branch).axes[0]
+    axes = figures.plot_itineraries([settled(0.7), settled(1.9)], branch).axes[0]
     assert [line.get_xdata()[0] for line in axes.lines] == [
         one["value"] for one in branch["bifurcations"]
     ]

@@ -10,9 +10,9 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 from shapely import Point
 
-from capsule_sym import plot_basin, plot_chart
 from capsule_sym._figures.charts import by_area
 from capsule_sym._figures.regions import Plane, by_cells, patches
+from capsule_sym.figures import plot_basin, plot_chart
 
 WHITE = "no result"
 CODES = {11: "F5_F2", 22: "F5_F4_F1_F2", 33: "F2"}

@@ -51,9 +51,6 @@ def call(*arguments: str, cwd: Path, code: str = "") -> subprocess.CompletedProc
         ("motion --of v_c --out x.png", "--of is for branches, which motion is not"),
         ("motion --out x.png --gamma -1", "gamma = -1.0"),
         ("motion --out x.png --colours loud", "loud"),
-        ("fig7 --out x.png", "fig7 has moved: python -m paper figure fig7"),
-        ("fig8-exact --out x.png", "python -m paper figure fig8-exact"),
-        ("work-precision --out x.png", "has moved: python -m benchmarks bench"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(tmp_path: Path, arguments: str, part: str) -> None:

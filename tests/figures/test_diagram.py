@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from capsule_sym import InvalidInput, continue_orbit, period_doubling_cascade, plot_diagram
+from capsule_sym import InvalidInput, continue_orbit, figures, orbits
 from capsule_sym._cli import main
 from capsule_sym._orbits.continuation.records import branch_record
 from capsule_sym._records import dumps
@@ -19,11 +19,11 @@ WORD = "all quantities are dimensionless"
 @pytest.fixture(scope="module")
 def record():
     branch = continue_orbit(settled(alpha=0.04, zeta=0.005), "alpha", 0.046, points=6)
-    return branch_record(branch, period_doubling_cascade(branch, 1, points=6))
+    return branch_record(branch, orbits.period_doubling_cascade(branch, 1, points=6))
 
 
 def test_a_diagram_shows_both_branches_and_their_stability(record) -> None:
-    figure = plot_diagram(record)
+    figure = figures.plot_diagram(record)
     (axes,) = figure.axes
     keys = [[text.get_text() for text in key.get_texts()] for key in figure.legends]
     assert keys == [
@@ -50,7 +50,7 @@ def test_a_diagram_shows_both_branches_and_their_stability(record) -> None:
 
 
 def test_a_diagram_shows_the_progression_of_an_excitation_period(record) -> None:
-    (axes,) = plot_diagram(record, "progression").axes
+    (axes,) = figures.plot_diagram(record, "progression").axes
     drawn = {place for line in axes.lines for place in zip(*line.get_data(), strict=True)}
     period = math.tau / record["points"][0]["parameters"]["omega"]
     for point in record["points"]:
@@ -74,7 +74,7 @@ def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
     assert stopped.value.code == 2
     assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(InvalidInput, match="one of x_r, v_r, v_c, velocity, speed, progression"):
-        plot_diagram(record, "x")
+        figures.plot_diagram(record, "x")
 
 
 LACKS = [
@@ -94,11 +94,11 @@ def test_a_record_that_lacks_something_is_one_line(record, lacks: str) -> None:
         del table[name]
     said = f"record = \"without '{name}'\": must be a whole one|of an orbit, with .*{name[:5]}"
     with pytest.raises(InvalidInput, match=said):
-        plot_diagram(broken, axes=Figure().subplots())
+        figures.plot_diagram(broken, axes=Figure().subplots())
 
 
 def test_labels_of_a_quantity_that_is_the_same_everywhere_are_beside_their_points(record) -> None:
-    (axes,) = plot_diagram(record, "velocity").axes
+    (axes,) = figures.plot_diagram(record, "velocity").axes
     (label,) = axes.texts
     (x, y), (at,) = label.get_position(), [one["value"] for one in record["bifurcations"]]
     away = axes.transData.transform((x, y)) - axes.transData.transform((at, 0.0))

@@ -14,12 +14,13 @@ import pytest
 from matplotlib.figure import Figure
 
 import capsule_sym
-from capsule_sym import InvalidInput, figure_style, plot, plot_motion, save_figure
+from capsule_sym import InvalidInput, continue_orbit, plot, solve_orbit
 from capsule_sym._figures.arcs import cycle
 from capsule_sym._figures.notebook import new_figure
 from capsule_sym._figures.points import points_of
 from capsule_sym._figures.sizes import COLUMN, PAGE, UNLISTED
 from capsule_sym._figures.style import styled
+from capsule_sym.figures import figure_style, plot_motion, save_figure
 from tests.figures.test_parts import fitted
 from tests.sampling import sampled, some
 
@@ -93,8 +94,6 @@ def test_a_backend_that_does_not_exist_is_one_line(monkeypatch: pytest.MonkeyPat
 
 
 def test_plot_draws_what_it_is_given(settled, branch) -> None:
-    from capsule_sym import continue_orbit, solve_orbit
-
     run = settled(1.2)
     orbit = solve_orbit(run.parameters)
     for result in (run, orbit):
@@ -235,8 +234,8 @@ def test_the_style_is_found_by_matplotlib_too() -> None:
 def test_without_matplotlib_a_message_says_how_to_install_it() -> None:
     code = (
         "import sys\nsys.modules['matplotlib'] = None\nimport capsule_sym as c\n"
-        "for name in ('plot_motion', 'figure_style', 'save_figure', 'plot'):\n"
-        "    try: getattr(c, name)(c.solve_orbit(c.Parameters()))\n"
+        "for name in ('plot_motion', 'figure_style', 'save_figure', 'plot_margins'):\n"
+        "    try: getattr(c.figures, name)(c.solve_orbit(c.Parameters()))\n"
         "    except c.NotInstalled as missing: print(missing)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

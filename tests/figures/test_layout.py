@@ -25,7 +25,7 @@ COLUMN, PAGE = 3.35, 7.0
 
 
 def looked_at(figure: Any) -> list[str]:
-    with cs.figure_style():
+    with cs.figures.figure_style():
         return problems(figure)
 
 
@@ -86,27 +86,31 @@ def crowd() -> dict[str, Any]:
     }
 
 
-def drive() -> cs.Front:
+def drive() -> cs.results.Front:
     return front_of((1.0, 2.0, 3.0), (0.1, 0.2, 0.25), STATUSES, 2)
 
 
 STATUSES = ("optimal", "optimal-at-border", "not-converged")
 OTHERS: dict[str, Callable[[Any, float], Any]] = {
     "curves": lambda branch, width: plot_curves(crowd(), width=width),
-    "chart": lambda branch, width: cs.plot_chart(swept(), [CURVE], width=width),
+    "chart": lambda branch, width: cs.figures.plot_chart(swept(), [CURVE], width=width),
     "basin": lambda branch, width: sweeps.plot_basin(swept(), width=width),
     "pareto": lambda branch, width: sweeps.plot_pareto(swept(), width=width),
-    "front": lambda branch, width: cs.plot_front(drive(), width=width),
-    "residuals": lambda branch, width: cs.plot_residuals(fitted(), width=width),
-    "pulse": lambda branch, width: cs.plot_pulse(pulse(), width=width),
-    "tolerances": lambda branch, width: cs.plot_tolerances(spread(), width=width),
-    "attractors": lambda branch, width: cs.plot_attractors(coexisting(), width=width),
-    "shock": lambda branch, width: cs.plot_shock(cs.minimal_shock(pulse().start), width=width),
+    "front": lambda branch, width: cs.figures.plot_front(drive(), width=width),
+    "residuals": lambda branch, width: cs.figures.plot_residuals(fitted(), width=width),
+    "pulse": lambda branch, width: cs.figures.plot_pulse(pulse(), width=width),
+    "tolerances": lambda branch, width: cs.figures.plot_tolerances(spread(), width=width),
+    "attractors": lambda branch, width: cs.figures.plot_attractors(coexisting(), width=width),
+    "shock": lambda branch, width: cs.figures.plot_shock(
+        cs.minimal_shock(pulse().start), width=width
+    ),
     "pareto of cells": lambda branch, width: sweeps.plot_pareto(scattered(), width=width),
-    "diagram": lambda branch, width: cs.plot_diagram(
+    "diagram": lambda branch, width: cs.figures.plot_diagram(
         {**branch, "switched": [], "origin": None}, width=width
     ),
-    "bifurcations": lambda branch, width: cs.plot_bifurcations(many_of(branch), width=width),
+    "bifurcations": lambda branch, width: cs.figures.plot_bifurcations(
+        many_of(branch), width=width
+    ),
 }
 
 
@@ -121,7 +125,7 @@ def many_of(branch: Any) -> Any:
 
 
 def test_statuses_are_told_in_words() -> None:
-    (key,) = cs.plot_front(drive()).legends
+    (key,) = cs.figures.plot_front(drive()).legends
     shown = [text.get_text() for text in key.get_texts()]
     assert shown == [
         "between parts of the front",
@@ -159,7 +163,7 @@ def test_a_name_that_can_be_read_is_none() -> None:
 @pytest.mark.long
 def test_labels_of_bifurcations_that_are_not_spread_are_found(branch, monkeypatch) -> None:
     monkeypatch.setattr(branches, "spread", lambda places, room: list(places))
-    found = looked_at(cs.plot_bifurcations(branch, width=COLUMN))
+    found = looked_at(cs.figures.plot_bifurcations(branch, width=COLUMN))
     assert {"on another: CS1 / SS1", "on another: SS1 / GS1"} <= set(found)
 
 
@@ -203,7 +207,7 @@ def test_turned_names_side_by_side_do_not_meet() -> None:
 
 def test_areas_of_attractors_end_at_the_solved_bifurcations_and_are_named() -> None:
     found = coexisting()
-    figure = cs.plot_attractors(found)
+    figure = cs.figures.plot_attractors(found)
     (axes,) = figure.axes
     for branch, area in zip(found.branches, axes.collections, strict=True):
         places = area.get_paths()[0].vertices[:, 0]

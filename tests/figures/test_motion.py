@@ -11,17 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from capsule_sym import (
-    InvalidInput,
-    Parameters,
-    plot_displacements,
-    plot_margins,
-    plot_motion,
-    plot_phase_portrait,
-    simulate,
-    solve_orbit,
-)
+from capsule_sym import InvalidInput, Parameters, simulate, solve_orbit
 from capsule_sym._figures.arcs import arcs, cycle, opening
+from capsule_sym.figures import plot_displacements, plot_margins, plot_motion, plot_phase_portrait
 from tests.figures import PAPER, SAFE, integrated
 from tests.figures.baselines import as_before
 
@@ -139,8 +131,6 @@ def test_margins_end_on_their_bounds_where_the_field_changes(settled) -> None:
 
 
 def test_an_orbit_is_drawn_as_its_motion_is(settled) -> None:
-    from capsule_sym import solve_orbit
-
     run = settled(1.2)
     orbit = solve_orbit(run.parameters)
     left, right = axes_of(), axes_of()

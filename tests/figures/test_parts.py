@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-import capsule_sym
 import capsule_sym as cs
+from capsule_sym.figures import plot_front, plot_pulse, plot_residuals, plot_tolerances
+from capsule_sym.results import Front, FrontPart, Optimum, OptimumStatus
+from tests.public import PUBLIC
 from tests.sampling import sampled, some
 
 
@@ -35,25 +37,23 @@ def pulse() -> Any:
 
 def front_of(
     costs: Sequence[float], values: Sequence[float], statuses: Sequence[str], second: int
-) -> cs.Front:
+) -> Front:
     """A front of two parts: points from number `second` on are of the second."""
-    kinds = map(cs.OptimumStatus, statuses)
+    kinds = map(OptimumStatus, statuses)
     points = [
-        cs.Optimum("speed", True, cs.Parameters(), value=value, status=kind)
+        Optimum("speed", True, cs.Parameters(), value=value, status=kind)
         for value, kind in zip(values, kinds, strict=True)
     ]
-    parts = cs.FrontPart(0, second - 1, "", ""), cs.FrontPart(second, len(costs) - 1, "", "")
-    status, slopes = cs.OptimumStatus.OPTIMAL, np.full(len(costs), np.nan)
-    return cs.Front(
-        ("speed", "work"), True, tuple(points), np.array(costs), slopes, parts, status, ""
-    )
+    parts = FrontPart(0, second - 1, "", ""), FrontPart(second, len(costs) - 1, "", "")
+    status, slopes = OptimumStatus.OPTIMAL, np.full(len(costs), np.nan)
+    return Front(("speed", "work"), True, tuple(points), np.array(costs), slopes, parts, status, "")
 
 
 Arguments = Callable[[], tuple[Any, ...]]
 COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
-    "residuals": (cs.plot_residuals, lambda: (fitted(),)),
-    "tolerances": (cs.plot_tolerances, lambda: (spread(),)),
-    "pulse": (cs.plot_pulse, lambda: (pulse(),)),
+    "residuals": (plot_residuals, lambda: (fitted(),)),
+    "tolerances": (plot_tolerances, lambda: (spread(),)),
+    "pulse": (plot_pulse, lambda: (pulse(),)),
 }
 
 
@@ -108,15 +108,15 @@ def check_part(function: Callable[..., Figure], arguments: Any, layout: str | No
     assert (figure.get_layout_engine() is None) == (layout is None)  # the rest is still laid out
 
 
-@pytest.mark.parametrize("name", [one for one in capsule_sym.__all__ if one.startswith("plot_")])
+@pytest.mark.parametrize("name", [one for one in PUBLIC if one.startswith("plot_")])
 def test_every_figure_can_be_drawn_into_ones_own(name) -> None:
-    taken = inspect.signature(getattr(capsule_sym, name)).parameters
+    taken = inspect.signature(PUBLIC[name]).parameters
     assert len({"axes", "figure"} & set(taken)) == 1
     place = "axes" if "axes" in taken else "figure"
     required = taken[place].default is inspect.Parameter.empty
-    assert required or f"`{place}`" in (getattr(capsule_sym, name).__doc__ or "")
+    assert required or f"`{place}`" in (PUBLIC[name].__doc__ or "")
     composed = {function for function, _ in COMPOSED.values()}
-    assert (getattr(capsule_sym, name) in composed) == (place == "figure")
+    assert (PUBLIC[name] in composed) == (place == "figure")
 
 
 def test_an_outlier_does_not_flatten_the_residuals() -> None:
@@ -125,7 +125,7 @@ def test_an_outlier_does_not_flatten_the_residuals() -> None:
     x_r = x_r + 1e-3 * np.random.default_rng(0).normal(size=60)
     x_r[30] += 10.0
     found = cs.fit({"t": times, "x_r": x_r}, cs.Parameters(alpha=0.71), ("alpha",), loss="cauchy")
-    (panel,) = cs.plot_residuals(found).axes
+    (panel,) = plot_residuals(found).axes
     beyond = [line for line in panel.lines if str(line.get_label()).startswith("outlier")]
     assert times[30] in np.concatenate([line.get_xdata() for line in beyond])
     assert np.abs(panel.get_ylim()).max() < 20
@@ -137,7 +137,7 @@ def test_a_histogram_has_the_bins_that_its_samples_deserve() -> None:
     for size in (64, 4096):
         samples = np.random.default_rng(0).normal(size=(size, 2))
         samples[0] = 1e6
-        axes = cs.plot_tolerances(replace(found, values=samples)).axes[0]
+        axes = plot_tolerances(replace(found, values=samples)).axes[0]
         counts.append(len(axes.patches))
         assert axes.get_xlim()[1] < 10
         assert sum(bar.get_height() for bar in axes.patches) == size - 1
@@ -148,7 +148,7 @@ def test_a_histogram_has_the_bins_that_its_samples_deserve() -> None:
 def test_an_outlier_of_a_front_does_not_squeeze_it() -> None:
     costs = [0.1, 0.2, 0.3, 0.4, 0.5, 1e5]
     front = front_of(costs, [1.0, 1.2, 1.4, 1.6, 1.8, 2.0], ["optimal"] * 6, 5)
-    (axes,) = cs.plot_front(front).axes
+    (axes,) = plot_front(front).axes
     low, high = axes.get_xlim()
     assert low < 0.1 < 0.5 < high < 1.0
     (beyond,) = [one for one in axes.lines if str(one.get_label()).startswith("outlier")]

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from capsule_sym import InvalidInput, Parameters, plot_margins, plot_motion, save_figure
+from capsule_sym import InvalidInput, Parameters, figures
 from capsule_sym._figures import sweeps
 from capsule_sym._figures.notebook import new_figure
 from capsule_sym._figures.style import describe
@@ -22,9 +22,9 @@ from tests.figures.test_command import run_here
 @pytest.mark.long
 def test_a_picture_tells_its_parameters(tmp_path: Path, settled) -> None:
     run = settled(1.2)
-    drawn = plot_motion(run)
+    drawn = figures.plot_motion(run)
     for ending in ("png", "svg", "pdf"):
-        save_figure(drawn, tmp_path / f"x.{ending}", dpi=50)
+        figures.save_figure(drawn, tmp_path / f"x.{ending}", dpi=50)
     with Image.open(tmp_path / "x.png") as picture:
         assert picture.text["Title"] == "Displacements and phase portrait"
         assert picture.text["Software"].startswith("capsule-sym ")
@@ -38,7 +38,7 @@ def test_a_picture_tells_its_parameters(tmp_path: Path, settled) -> None:
 
 @pytest.mark.long
 def test_resolution_and_width_decide_the_size(tmp_path: Path, settled) -> None:
-    save_figure(plot_motion(settled(1.2), width=5.0), tmp_path / "x.png", dpi=60)
+    figures.save_figure(figures.plot_motion(settled(1.2), width=5.0), tmp_path / "x.png", dpi=60)
     with Image.open(tmp_path / "x.png") as picture:
         assert picture.width == 300
     for dpi, allowed in (
@@ -47,24 +47,24 @@ def test_resolution_and_width_decide_the_size(tmp_path: Path, settled) -> None:
         (math.nan, "a number"),
     ):
         with pytest.raises(InvalidInput, match=re.escape(f"dpi = {dpi}: must be {allowed}")):
-            save_figure(Figure(), tmp_path / "y.png", dpi=dpi)
+            figures.save_figure(Figure(), tmp_path / "y.png", dpi=dpi)
 
 
 def test_a_figure_is_drawn_into_axes_of_the_users_own(settled) -> None:
     figure = Figure()
     grid = figure.subplots(2, 3)
-    assert plot_motion(settled(1.2), axes=grid[0, :2]) is figure
-    assert plot_margins(settled(1.2), axes=[grid[0, 2], *grid[1]]) is figure
+    assert figures.plot_motion(settled(1.2), axes=grid[0, :2]) is figure
+    assert figures.plot_margins(settled(1.2), axes=[grid[0, 2], *grid[1]]) is figure
     assert all(axes.lines or axes.collections for axes in grid.flat)
     assert figure.legends == []
     part = Figure().subfigures(1, 2)[0]
-    assert plot_motion(settled(1.2), axes=part.subplots(1, 2)) is part.figure
+    assert figures.plot_motion(settled(1.2), axes=part.subplots(1, 2)) is part.figure
 
 
 def test_what_is_described_twice_is_kept_once(tmp_path: Path) -> None:
     figure = new_figure(1, 1)
     describe(describe(figure, "one", a=1), "two", b=2)
-    save_figure(figure, tmp_path / "x.png")
+    figures.save_figure(figure, tmp_path / "x.png")
     with Image.open(tmp_path / "x.png") as picture:
         assert picture.text["Title"] == "two"
         assert json.loads(picture.text["Description"]) == {"a": 1, "b": 2}

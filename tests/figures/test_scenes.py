@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, plot_margins, plot_motion, scenes, simulate
+from capsule_sym import InvalidInput, scenes, simulate
 from capsule_sym._figures.arcs import arcs
 from capsule_sym._figures.evolution import draw_itineraries
 from capsule_sym._figures.notebook import new_figure
@@ -11,6 +11,7 @@ from capsule_sym._figures.portraits import PULSE, borders, labels_of, stops_of
 from capsule_sym._figures.style import field_colour
 from capsule_sym._figures.units import Units, named
 from capsule_sym._records import in_si
+from capsule_sym.figures import plot_margins, plot_motion
 
 DEVICE = {
     **{"M_m": 1.8e-3, "M_c": 1.7e-3, "k1": 62, "k_front": 54e3, "k_back": 28e3, "c": 0.016},

@@ -13,16 +13,8 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-import capsule_sym
-from capsule_sym import (
-    InvalidInput,
-    Parameters,
-    continue_orbit,
-    performance,
-    plot_diagram,
-    plot_metric,
-    solve_orbit,
-)
+import capsule_sym as cs
+from capsule_sym import InvalidInput, Parameters, continue_orbit, figures, performance, solve_orbit
 from capsule_sym._figures import sweeps
 from capsule_sym._figures.computed import strobe
 from capsule_sym._orbits.continuation.records import branch_record
@@ -35,24 +27,26 @@ pytest.importorskip("zarr")
 
 @pytest.fixture(scope="module")
 def stores(tmp_path_factory) -> Path:
-    from capsule_sym import Axis, Sweep, run_basin, run_sweep
-
     where = tmp_path_factory.mktemp("sweeps")
-    axes = Axis.linear("alpha", 0.3, 1.5, 3), Axis.linear("omega", 0.7, 0.9, 2)
-    run_sweep(Sweep(axes, Parameters(), compute=("itinerary", "energies")), where / "grid")
-    starts = Axis.linear("x_r", -1.0, 1.0, 3), Axis.linear("v_r", -1.0, 1.0, 2)
-    for name, line in (("line", axes[:1]), ("row", (axes[0], Axis.linear("omega", 0.8, 0.8, 1)))):
-        run_sweep(Sweep(line, Parameters(), compute=("itinerary",)), where / name)
-    run_basin(
-        Sweep(starts, Parameters(), compute=("itinerary", "progression", "final")), where / "basin"
+    axes = cs.inputs.Axis.linear("alpha", 0.3, 1.5, 3), cs.inputs.Axis.linear("omega", 0.7, 0.9, 2)
+    cs.run_sweep(
+        cs.inputs.Sweep(axes, Parameters(), compute=("itinerary", "energies")), where / "grid"
+    )
+    starts = cs.inputs.Axis.linear("x_r", -1.0, 1.0, 3), cs.inputs.Axis.linear("v_r", -1.0, 1.0, 2)
+    for name, line in (
+        ("line", axes[:1]),
+        ("row", (axes[0], cs.inputs.Axis.linear("omega", 0.8, 0.8, 1))),
+    ):
+        cs.run_sweep(cs.inputs.Sweep(line, Parameters(), compute=("itinerary",)), where / name)
+    cs.run_basin(
+        cs.inputs.Sweep(starts, Parameters(), compute=("itinerary", "progression", "final")),
+        where / "basin",
     )
     return where
 
 
 def test_speed_and_cost_are_those_of_the_orbits(stores: Path) -> None:
-    from capsule_sym import open_results
-
-    with open_results(stores / "grid") as results:
+    with cs.results.open_results(stores / "grid") as results:
         speed, cost = sweeps.speed_and_cost(results)
     expected = []
     for alpha in (0.3, 0.9, 1.5):
@@ -67,16 +61,14 @@ def test_speed_and_cost_are_those_of_the_orbits(stores: Path) -> None:
 
 
 def test_stars_of_basins_are_the_attractors_and_numbers_stand_in_their_areas(stores: Path) -> None:
-    from capsule_sym import open_results
-
-    with open_results(stores / "basin") as results:
+    with cs.results.open_results(stores / "basin") as results:
         figure = sweeps.plot_basin(results)
     (axes,) = figure.axes
     (star,) = (np.transpose(line.get_data()) for line in axes.lines)
     assert star == pytest.approx(np.array([strobe(solve_orbit(Parameters()))[0][:2]]), abs=1e-3)
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
     # The numbers are those of the results, with the itineraries that they have there.
-    with open_results(stores / "basin") as results:
+    with cs.results.open_results(stores / "basin") as results:
         known = results["attractor"].attrs["attractors"]
     each = [
         f"{k}  {one['itinerary']} ({100 * one['fraction']:.3g} %)" for k, one in enumerate(known)
@@ -96,9 +88,7 @@ def test_the_deepest_cell_of_an_area() -> None:
 
 
 def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
-    from capsule_sym import open_results
-
-    with open_results(stores / "grid") as results:
+    with cs.results.open_results(stores / "grid") as results:
         with pytest.raises(InvalidInput, match="a basin over two coordinates"):
             sweeps.plot_basin(results)
         still = results.isel(alpha=[0])
@@ -106,7 +96,7 @@ def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
             with pytest.raises(InvalidInput, match="no cell in which the capsule advances"):
                 sweeps.plot_pareto(still)
     with (
-        open_results(stores / "basin") as results,
+        cs.results.open_results(stores / "basin") as results,
         pytest.raises(InvalidInput, match="a sweep that computes energies"),
     ):
         sweeps.plot_pareto(results)
@@ -127,7 +117,7 @@ def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, m
 def test_curves_that_the_command_wrote_are_drawn(alone, stores, tmp_path, monkeypatch) -> None:
     drawn = []
     monkeypatch.setattr(
-        capsule_sym, "plot_chart", lambda _, lines, width: drawn.append(lines) or Figure()
+        cs.figures, "plot_chart", lambda _, lines, width: drawn.append(lines) or Figure()
     )
     line = ["curve", "--alpha", "0.8:1.1", "--omega", "0.79:0.81", "--bifurcation", "adding"]
     done = run_here(*line, "--points", "1", "--json", cwd=tmp_path)
@@ -144,10 +134,8 @@ METRICS = {"velocity": "velocity", "speed": "velocity", "work": "work", "cost_of
 
 @pytest.mark.parametrize("metric", METRICS)
 def test_a_metric_over_two_parameters_is_that_of_the_orbits(stores: Path, metric: str) -> None:
-    from capsule_sym import open_results
-
-    with open_results(stores / "grid") as results:
-        axes, bar = plot_metric(results, metric).axes
+    with cs.results.open_results(stores / "grid") as results:
+        axes, bar = figures.plot_metric(results, metric).axes
     (mesh,) = axes.collections
     drawn = np.ma.filled(mesh.get_array().astype(float), np.nan)
     for i, alpha in enumerate((0.9, 1.5), 1):
@@ -175,9 +163,9 @@ def test_every_metric_of_a_device_is_drawn_in_its_unit(of_devices, scene: str, m
     device, results, orbit, record = of_devices[scene]
     if (metric, scene) == ("lift", "capsule"):
         with pytest.raises(InvalidInput, match="what the sweep computes: velocity"):
-            plot_metric(results, metric)
+            figures.plot_metric(results, metric)
         return
-    plot_metric(results, metric, axes=(axes := Figure().subplots()))
+    figures.plot_metric(results, metric, axes=(axes := Figure().subplots()))
     own, found = device.dimensionless(), performance(orbit)
     length, force = device.length_scale, device.friction_force
     energy, rate = length * force, device.natural_frequency
@@ -204,7 +192,7 @@ def test_every_metric_of_a_device_is_drawn_in_its_unit(of_devices, scene: str, m
         prefix = prefixes[unit[0][0]]
     assert unit or not base
     assert axes.lines[0].get_ydata()[1] * prefix == pytest.approx(expected, rel=1e-8)
-    plot_diagram(record, metric, device=device, axes=(along := Figure().subplots()))
+    figures.plot_diagram(record, metric, device=device, axes=(along := Figure().subplots()))
     assert along.get_ylabel() == axes.get_ylabel()
     assert along.lines[0].get_ydata()[0] * prefix == pytest.approx(expected, rel=1e-8)
 
@@ -212,15 +200,13 @@ def test_every_metric_of_a_device_is_drawn_in_its_unit(of_devices, scene: str, m
 @pytest.fixture(scope="module")
 def of_devices(tmp_path_factory) -> dict[str, Any]:
     """A device of two scenes, a sweep of its amplitude, and the branch from its last motion."""
-    from capsule_sym import Axis, Sweep, open_results, run_sweep, scenes
-
     where, found = tmp_path_factory.mktemp("devices"), {}
-    slope = scenes.slope.PhysicalParameters(**asdict(DEVICE) | {"mu_back": 0.3, "slope": 0.05})
+    slope = cs.scenes.slope.PhysicalParameters(**asdict(DEVICE) | {"mu_back": 0.3, "slope": 0.05})
     for name, device in (("capsule", DEVICE), ("slope", slope)):
-        axis = Axis.of_device(device, "P_d", np.array([0.1, 0.15]))
+        axis = cs.inputs.Axis.of_device(device, "P_d", np.array([0.1, 0.15]))
         compute = ("itinerary", "progression", "energies", "forces", "lyapunov")
-        run_sweep(Sweep((axis,), device=device, compute=compute), where / name)
-        with open_results(where / name) as results:
+        cs.run_sweep(cs.inputs.Sweep((axis,), device=device, compute=compute), where / name)
+        with cs.results.open_results(where / name) as results:
             first = device.dimensionless().replace(alpha=float(results["alpha"][1]))
             orbit = solve_orbit(first)
             branch = continue_orbit(orbit, "alpha", first.alpha * 1.01, points=1)
@@ -236,7 +222,7 @@ def test_outliers_do_not_squeeze_a_metric_or_a_front_of_cells() -> None:
     cells["velocity"][9, 9] = 0.0
     data = {name: (tuple(over), values) for name, values in cells.items()}
     results = xr.Dataset(data, coords=over, attrs={"omega": 2 * np.pi, "f_b": 1.0})
-    figure = plot_metric(results, "cost_of_transport")
+    figure = figures.plot_metric(results, "cost_of_transport")
     (mesh,) = figure.axes[0].collections
     assert mesh.get_clim()[1] == pytest.approx(work[98] / speed[98])
     assert mesh.colorbar.extend == "max"
@@ -261,37 +247,34 @@ def test_stars_of_a_devices_basin_are_in_its_units() -> None:
 
 def test_all_of_a_page_of_ones_own_is_laid_out(stores: Path) -> None:
     """A chart, and a metric that was drawn after it."""
-    from capsule_sym import figure_style, open_results, plot_chart
     from tests.figures.layout import problems
 
-    with figure_style():
+    with cs.figures.figure_style():
         figure = Figure(figsize=(7, 3), layout="constrained")
         left, right = figure.subplots(1, 2)
-        with open_results(stores / "grid") as grid:
-            plot_chart(grid, axes=left)
-            plot_metric(grid, axes=right)
+        with cs.results.open_results(stores / "grid") as grid:
+            cs.figures.plot_chart(grid, axes=left)
+            figures.plot_metric(grid, axes=right)
         assert problems(figure) == []
 
 
 def test_a_metric_over_one_parameter_is_dots_and_others_are_refused(stores: Path) -> None:
-    from capsule_sym import open_results
-
-    with open_results(stores / "grid") as results:
-        (axes,) = plot_metric(results.isel(omega=0), "velocity").axes
+    with cs.results.open_results(stores / "grid") as results:
+        (axes,) = figures.plot_metric(results.isel(omega=0), "velocity").axes
         (line,) = axes.lines
         assert list(line.get_xdata()) == pytest.approx([0.3, 0.9, 1.5])
         assert line.get_linestyle() == "None"
         with pytest.raises(InvalidInput, match="what the sweep computes: velocity, speed, prog"):
-            plot_metric(results, "lyapunov")
+            figures.plot_metric(results, "lyapunov")
 
 
 def test_an_itinerary_has_one_colour_on_a_page(stores: Path) -> None:
-    from capsule_sym import open_results, plot_chart
-
     left, right = Figure().subplots(1, 2)
-    with open_results(stores / "grid") as results:
-        plot_chart(results, axes=left)
-        plot_chart(results.isel(alpha=[1, 2]), axes=right)  # other areas, in another order
+    with cs.results.open_results(stores / "grid") as results:
+        cs.figures.plot_chart(results, axes=left)
+        cs.figures.plot_chart(
+            results.isel(alpha=[1, 2]), axes=right
+        )  # other areas, in another order
     shown = [
         {str(one.get_label()): one.get_facecolor() for one in axes.patches}
         for axes in (left, right)
@@ -304,20 +287,20 @@ def test_an_itinerary_has_one_colour_on_a_page(stores: Path) -> None:
 
 @pytest.mark.parametrize("order", [("Omega", "duty"), ("duty", "Omega")])
 def test_curves_of_a_device_bound_a_chart_in_its_units(order: tuple[str, str], tmp_path) -> None:
-    from capsule_sym import Axis, Sweep, open_results, plot_chart, run_sweep, scenes
-
     known = {"M_m": 0.0018, "M_c": 0.0017, "k1": 62, "k_front": 54000, "k_back": 28000, "c": 0.016}
     known |= {"G_front": 0.0016, "G_back": 0.0004, "P_d": 0.016, "P_low": 0, "mu": 0.23}
-    device = scenes.prototype.PhysicalParameters(**known, mu_back=0.23, duty=0.4, Omega=130)
+    device = cs.scenes.prototype.PhysicalParameters(**known, mu_back=0.23, duty=0.4, Omega=130)
     ranges = {"Omega": (100.0, 200.0), "duty": (0.2, 0.5)}
-    axes = tuple(Axis.of_device(device, name, np.linspace(*ranges[name], 3)) for name in order)
-    run_sweep(Sweep(axes, device=device), tmp_path / "grid")
+    axes = tuple(
+        cs.inputs.Axis.of_device(device, name, np.linspace(*ranges[name], 3)) for name in order
+    )
+    cs.run_sweep(cs.inputs.Sweep(axes, device=device), tmp_path / "grid")
     unit = device.natural_frequency
     ends = [{"omega": o / unit, "D": d, "si": {"Omega [rad/s]": o, "duty": d}}
             for o, d in ((100.0, 0.3), (150.0, 0.35), (200.0, 0.4))]  # fmt: skip
     curve = {"type": "edge", "points": [ends[0], ends[2]], "codimension_two": [ends[1]]}
-    with open_results(tmp_path / "grid") as results:
-        figure = plot_chart(results, [curve])
+    with cs.results.open_results(tmp_path / "grid") as results:
+        figure = cs.figures.plot_chart(results, [curve])
         line, point = figure.axes[0].lines
         expected = {"Omega": [100.0, 200.0], "duty": [0.3, 0.4]}
         assert [list(line.get_xdata()), list(line.get_ydata())] == [expected[o] for o in order]
@@ -325,17 +308,15 @@ def test_curves_of_a_device_bound_a_chart_in_its_units(order: tuple[str, str], t
         assert [list(point.get_xdata()), list(point.get_ydata())] == [middle[o] for o in order]
         other = {"type": "edge", "points": [{"alpha": 1.0, "omega": 2.0}], "codimension_two": []}
         with pytest.raises(InvalidInput, match=r"curve = \['alpha', 'omega'\]: must be of "):
-            plot_chart(results, [other])
+            cs.figures.plot_chart(results, [other])
 
 
 def test_the_phase_of_a_dimensionless_start_has_no_unit(tmp_path: Path) -> None:
-    from capsule_sym import Axis, Sweep, open_results, plot_basin, run_basin
-
-    starts = Axis.linear("x_r", -1.0, 1.0, 2), Axis.linear("phase", 0.0, 6.0, 2)
+    starts = cs.inputs.Axis.linear("x_r", -1.0, 1.0, 2), cs.inputs.Axis.linear("phase", 0.0, 6.0, 2)
     compute = ("itinerary", "progression", "final")
-    run_basin(Sweep(starts, Parameters(), compute=compute), tmp_path / "basin")
-    with open_results(tmp_path / "basin") as results:
-        assert plot_basin(results).axes[0].get_ylabel() == r"phase $\tau$"
+    cs.run_basin(cs.inputs.Sweep(starts, Parameters(), compute=compute), tmp_path / "basin")
+    with cs.results.open_results(tmp_path / "basin") as results:
+        assert cs.figures.plot_basin(results).axes[0].get_ylabel() == r"phase $\tau$"
 
 
 def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ def run():
 
 
 def test_a_motion_is_in_seconds_and_millimetres(run) -> None:
-    left, right = cs.plot_motion(run, device=DEVICE).axes
+    left, right = cs.figures.plot_motion(run, device=DEVICE).axes
     assert (left.get_xlabel(), left.get_ylabel()) == ("time (s)", "displacements (mm)")
     assert right.get_xlabel() == "relative displacement (mm)"
     assert right.get_ylabel() == "relative velocity (m/s)"
@@ -44,17 +44,17 @@ def test_a_motion_is_in_seconds_and_millimetres(run) -> None:
 
 def test_a_motion_is_that_of_the_device(run) -> None:
     other = cs.simulate(DEVICE.dimensionless().replace(omega=1.6), periods=4)
-    for draw in (cs.plot_motion, cs.plot_margins):
+    for draw in (cs.figures.plot_motion, cs.figures.plot_margins):
         with pytest.raises(
             cs.InvalidInput, match=r"omega = 1\.6: must be 0\.80.*, as of the device"
         ):
             draw(other, device=DEVICE)
     with pytest.raises(cs.InvalidInput, match="parameter = 'gamma': must be one of alpha, omega"):
-        cs.plot_bifurcations({**SMALL, "parameter": "gamma"}, device=DEVICE)
+        cs.figures.plot_bifurcations({**SMALL, "parameter": "gamma"}, device=DEVICE)
 
 
 def test_guards_are_in_si_units(run) -> None:
-    bar, gap, velocity, force = cs.plot_margins(run, device=DEVICE).axes
+    bar, gap, velocity, force = cs.figures.plot_margins(run, device=DEVICE).axes
     labels = [axes.get_ylabel() for axes in (gap, velocity, force)]
     assert labels == ["gap (mm)", "capsule velocity (m/s)", "force (N)"]
     bounds = [line.get_ydata()[0] for line in force.lines if line.get_linestyle() == "--"]
@@ -66,7 +66,7 @@ def test_guards_are_in_si_units(run) -> None:
 
 def test_branches_are_in_si_units() -> None:
     plain = {**SMALL, "parameter": "alpha"}
-    figure = cs.plot_bifurcations(plain, device=DEVICE)
+    figure = cs.figures.plot_bifurcations(plain, device=DEVICE)
     x_r, v_r, velocity = figure.axes
     assert velocity.get_xlabel() == "excitation amplitude (N)"
     assert x_r.get_ylabel().replace("\n", " ") == "strobed displacement (mm)"
@@ -76,7 +76,7 @@ def test_branches_are_in_si_units() -> None:
     assert velocity.lines[0].get_ydata()[0] == pytest.approx(0.5 * LENGTH * RATE)
     key = figure.legends[1].get_texts()[1].get_text()
     assert key == f"LP1  fold, {1.16 * FORCE:.6f} N"
-    upper, _ = cs.plot_energies(plain, device=DEVICE).axes
+    upper, _ = cs.figures.plot_energies(plain, device=DEVICE).axes
     assert upper.get_ylabel() == "energy per period (mJ)"
     (work,) = [line for line in upper.lines if line.get_label() == "work of the drive"]
     assert work.get_ydata()[0] == pytest.approx(3.0 * FORCE * LENGTH * 1e3)
@@ -86,9 +86,9 @@ def test_a_branch_is_that_of_the_device(run) -> None:
     own = DEVICE.dimensionless()
     (first, *rest) = SMALL["points"]
     for field, draw in (
-        ("gamma", cs.plot_bifurcations),
-        ("omega", cs.plot_energies),
-        ("f_b", lambda record, device: cs.plot_itineraries([run], record, device=device)),
+        ("gamma", cs.figures.plot_bifurcations),
+        ("omega", cs.figures.plot_energies),
+        ("f_b", lambda record, device: cs.figures.plot_itineraries([run], record, device=device)),
     ):
         known = own.replace(**{field: 3.5}).to_dict()
         record = {**SMALL, "parameter": "alpha", "points": [{**first, "parameters": known}, *rest]}
@@ -96,13 +96,13 @@ def test_a_branch_is_that_of_the_device(run) -> None:
             draw(record, device=DEVICE)
     other = cs.simulate(own.replace(gamma=4.0), periods=64)
     with pytest.raises(cs.InvalidInput, match=r"gamma = 4\.0"):
-        cs.plot_itineraries([run, other], {**SMALL, "parameter": "alpha"}, device=DEVICE)
+        cs.figures.plot_itineraries([run, other], {**SMALL, "parameter": "alpha"}, device=DEVICE)
 
 
 def test_itineraries_are_over_the_force(run) -> None:
     other = cs.simulate(DEVICE.dimensionless().replace(alpha=1.0), periods=64)
     record = {**SMALL, "parameter": "alpha"}
-    axes = cs.plot_itineraries([run, other], record, device=DEVICE).axes[0]
+    axes = cs.figures.plot_itineraries([run, other], record, device=DEVICE).axes[0]
     assert axes.get_xlim() == pytest.approx((0.12, FORCE))
     assert axes.get_xlabel() == "excitation amplitude (N)"
     assert axes.lines[0].get_xdata()[0] == pytest.approx(1.15 * FORCE)
@@ -117,17 +117,17 @@ def test_sweeps_of_a_device_are_in_si_units() -> None:
     results = swept()
     results["velocity"].attrs = {"si_units": "m/s", "si_scale": 0.5}
     results["progression"] = results["velocity"].assign_attrs(si_units="m", si_scale=0.25)
-    axes = cs.plot_pareto(results).axes[0]
+    axes = cs.figures.plot_pareto(results).axes[0]
     assert axes.get_ylabel() == "speed (m/s)"
     assert set(axes.lines[0].get_ydata()) == {0.5}
     starts = results.rename(alpha="x_r", gamma="v_r")
     starts["x_r"].attrs = {"si_units": "m", "si_scale": 0.25}
     starts["v_r"].attrs = {"si_units": "m/s", "si_scale": 0.002}
-    (basin,) = cs.plot_basin(starts).axes
+    (basin,) = cs.figures.plot_basin(starts).axes
     assert basin.get_xlabel() == "relative displacement (m)"
     assert basin.get_ylabel() == "relative velocity (mm/s)"
     assert basin.get_xlim() == pytest.approx((-0.25 / 23, 0.5 + 0.25 / 23))
-    (chart,) = cs.plot_chart(results.rename(alpha="P_d", gamma="Omega")).axes
+    (chart,) = cs.figures.plot_chart(results.rename(alpha="P_d", gamma="Omega")).axes
     assert (chart.get_xlabel(), chart.get_ylabel()) == ("$P_d$ (N)", r"$\Omega$ (rad/s)")
 
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from capsule_sym import Outcome, Parameters, simulate
+from capsule_sym import Parameters, results, simulate
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.location import End
@@ -21,7 +21,7 @@ from tests.sampling import many, sampled
 
 BACKENDS = ["numpy", "mpmath"] if core is None else ["c", "numpy", "mpmath"]
 NAMED = Parameters(0.5, 1, 0, 0, 0, 1, 0.5), (0.0, 0.0, -1e-9), 0.0
-CERTAIN = (Outcome.REGULAR, Outcome.END, Outcome.NEVER)
+CERTAIN = (results.Outcome.REGULAR, results.Outcome.END, results.Outcome.NEVER)
 Start = tuple[Parameters, tuple[float, float, float], float]
 
 
@@ -61,7 +61,7 @@ def test_every_sign_that_is_proved_shows(guards: tuple[Guard, ...], name: str, s
     point = flow(0.1)
     assert point.gap < 0 < point.v_r
     assert point.v_c < 0
-    outcome = Outcome.REGULAR if guards else Outcome.END
+    outcome = results.Outcome.REGULAR if guards else results.Outcome.END
     assert tells(flow, End(outcome, guards, 0.1, point, 1))
     for hidden in (0.0, -sign * 1e-40):
         switch = End(outcome, guards, 0.1, point._replace(**{name: hidden}), 1)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from capsule_sym import Outcome, Parameters, simulate
+from capsule_sym import Parameters, results, simulate
 from capsule_sym._map.backend import default_backend
 
 OFF_REST = (0.5, 0.3, -0.2)
@@ -58,5 +58,5 @@ def test_a_motion_that_has_died_away_beyond_what_doubles_hold_rests(zeta: float)
     run = simulate(Parameters(alpha=0, delta=0, zeta=zeta), OFF_REST, periods=400)
     assert run.success
     assert run.final[1] == (0, 0, 0)
-    assert run.segments[-1].outcome is Outcome.END
+    assert run.segments[-1].outcome is results.Outcome.END
     assert run.segments[-1].duration > 100

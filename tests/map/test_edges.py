@@ -8,8 +8,10 @@ import pickle
 import numpy as np
 import pytest
 
-from capsule_sym import Outcome, Parameters, SceneParameters, Status, scenes, simulate
+from capsule_sym import Parameters, scenes, simulate
 from capsule_sym._map.backend import default_backend
+from capsule_sym.inputs import SceneParameters
+from capsule_sym.results import Outcome, Status
 
 LIGHT = Parameters(3.362, 0.52426, 0.0923, 0.03656, 439.31, 1e-6, 1.43944)
 BACKENDS = sorted({default_backend(), "numpy", "mpmath"})

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
-from capsule_sym import Outcome, Parameters, Trajectory, simulate
+from capsule_sym import Parameters, results, simulate
 from tests.judges import CONTACT, DRIFT, taylor
 from tests.sampling import many, sampled
 
@@ -49,7 +49,7 @@ def starts(draw: st.DrawFn) -> tuple[Parameters, tuple[float, float, float], flo
     return case, state, draw(st.integers(0, 999)) / 1000 * 2 * pi / case.omega
 
 
-def check(run: Trajectory) -> None:
+def check(run: results.Trajectory) -> None:
     """Nothing but finite numbers, states within each segment's region, segments that join."""
     case = run.parameters
     assert run.success
@@ -78,7 +78,7 @@ def check(run: Trajectory) -> None:
         assert before.end_state == after.start_state
         assert before.end == after.start
         assert before.target == after.source
-    assert run.segments[-1].outcome in (Outcome.END, Outcome.NEVER)
+    assert run.segments[-1].outcome in (results.Outcome.END, results.Outcome.NEVER)
 
 
 @sampled

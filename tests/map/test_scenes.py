@@ -10,15 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    InvalidInput,
-    Parameters,
-    Trajectory,
-    scenes,
-    simulate,
-    simulate_many,
-    solve_itinerary,
-)
+from capsule_sym import InvalidInput, Parameters, orbits, results, scenes, simulate, simulate_many
 from capsule_sym._map.backend import default_backend, how_compiled
 from capsule_sym._native import core_of
 from capsule_sym.scenes import Scene
@@ -32,7 +24,7 @@ BACKENDS = sorted({default_backend(), "numpy", "mpmath"})
 compiled = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
 
-def simulated(scene: Scene, start: Start, backend: str) -> Trajectory:
+def simulated(scene: Scene, start: Start, backend: str) -> results.Trajectory:
     p = scene.Parameters(**start.parameters)
     return simulate(p, start.state, start.phase, PERIODS, backend=backend)
 
@@ -141,7 +133,7 @@ def test_parameters_of_two_scenes_are_refused_together() -> None:
         with pytest.raises(InvalidInput, match=r"shape \(n, 9\)"):
             simulate_many(np.ones((2, 7)), scene=named)
     with pytest.raises(InvalidInput, match=r"^itinerary = 'F19 F2': must be an Itinerary"):
-        solve_itinerary(scenes.prototype.Parameters(), "F19 F2")
+        orbits.solve_itinerary(scenes.prototype.Parameters(), "F19 F2")
 
 
 @pytest.mark.skipif(core_of(scenes.slope) is None, reason="the C core was not compiled")

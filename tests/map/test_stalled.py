@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from capsule_sym import Outcome, Parameters, Status, simulate
+from capsule_sym import Parameters, results, simulate
 from capsule_sym._map import isolation
 from capsule_sym._map.backend import default_backend
 
@@ -21,15 +21,15 @@ def test_a_search_whose_steps_do_not_advance_ends() -> None:
         max_seconds=_GENEROUS,
     )
     segment = run.segments[0]
-    assert (segment.outcome, segment.target, len(run.segments)) == (Outcome.STALLED, "", 1)
+    assert (segment.outcome, segment.target, len(run.segments)) == (results.Outcome.STALLED, "", 1)
     assert segment.evaluations < 1000
-    assert (run.status, run.message[:7]) == (Status.STALLED, "stalled")
+    assert (run.status, run.message[:7]) == (results.Status.STALLED, "stalled")
 
 
 def test_a_run_that_cannot_advance_says_so() -> None:
     run = simulate(Parameters(1, 1, 1, 0, 1, 1, 0.5), (0.5, 0.0, 5e-324), max_seconds=_GENEROUS)
-    assert (run.status, run.message[:7]) == (Status.STALLED, "stalled")
-    assert run.segments[-1].outcome is Outcome.STALLED
+    assert (run.status, run.message[:7]) == (results.Status.STALLED, "stalled")
+    assert run.segments[-1].outcome is results.Outcome.STALLED
     assert run.segments[-1].target == ""
 
 
@@ -56,8 +56,8 @@ def test_segments_of_no_duration_do_not_follow_each_other_for_ever() -> None:
         max_segments=500,
         max_seconds=_GENEROUS,
     )
-    assert (run.status, run.message[:7]) == (Status.STALLED, "stalled")
-    assert run.segments[-1].outcome is Outcome.STALLED
+    assert (run.status, run.message[:7]) == (results.Status.STALLED, "stalled")
+    assert run.segments[-1].outcome is results.Outcome.STALLED
     assert len(run.segments) < 50
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import InvalidInput, Outcome, Parameters, Trajectory, simulate
+from capsule_sym import InvalidInput, Parameters, results, simulate
 from capsule_sym._map.backend import MpmathBackend, NumpyBackend
 from tests.judges import dop853, taylor
 from tests.sampling import sampled, some
@@ -22,20 +22,20 @@ DOUBLED = [
 
 
 @pytest.fixture(scope="module")
-def run() -> Trajectory:
+def run() -> results.Trajectory:
     """A run that starts at a phase and visits all six fields."""
     trajectory = simulate(Parameters(alpha=1.5, gamma=3.0), (0.1, -0.2, 0.3), 1.25, 12)
     assert {segment.field for segment in trajectory.segments} == set(range(1, 7))
     return trajectory
 
 
-def start_time(trajectory: Trajectory, index: int) -> float:
+def start_time(trajectory: results.Trajectory, index: int) -> float:
     begin = trajectory.segments[index].start
     return begin.period * trajectory.parameters.period + float(begin.phase)
 
 
 @sampled
-def test_states_in_between_are_those_of_the_motion(run: Trajectory) -> None:
+def test_states_in_between_are_those_of_the_motion(run: results.Trajectory) -> None:
     random, position = Random(0), run.segments[0].position
     judged = some(range(len(run.segments)), 20)
     for index, segment in enumerate(run.segments):
@@ -51,7 +51,7 @@ def test_states_in_between_are_those_of_the_motion(run: Trajectory) -> None:
     assert run.advance == position
 
 
-def test_times_may_have_any_shape(run: Trajectory) -> None:
+def test_times_may_have_any_shape(run: results.Trajectory) -> None:
     stop = 12 * run.parameters.period
     times = np.random.default_rng(0).uniform(1.25, stop, (3, 4, 5))
     states, positions = run(times), run.position(times)
@@ -66,7 +66,7 @@ def test_times_may_have_any_shape(run: Trajectory) -> None:
     np.testing.assert_array_equal(run([1.25, 2]), np.stack([run(1.25), run(2.0)]))
 
 
-def test_both_ends_belong_to_the_run(run: Trajectory) -> None:
+def test_both_ends_belong_to_the_run(run: results.Trajectory) -> None:
     np.testing.assert_array_equal(run(1.25), [0.1, -0.2, 0.3])
     assert run.position(1.25) == 0
     end, state = run.final
@@ -76,26 +76,26 @@ def test_both_ends_belong_to_the_run(run: Trajectory) -> None:
 
 
 @pytest.mark.parametrize("t", [1.0, -1.0, 95.0, nan, inf, [2.0, 1.2], [[2.0, nan]]])
-def test_times_outside_the_run_are_refused(run: Trajectory, t: Any) -> None:
+def test_times_outside_the_run_are_refused(run: results.Trajectory, t: Any) -> None:
     for evaluate in (run, run.position):
         with pytest.raises(InvalidInput, match=r"t = .*must be a time in") as caught:
             evaluate(t)
         assert caught.value.field == "t"
 
 
-def test_segments_join(run: Trajectory) -> None:
+def test_segments_join(run: results.Trajectory) -> None:
     for before, after in pairwise(run.segments):
         assert before.end_state == after.start_state
         assert before.end == after.start
         assert before.target == after.source != ""
         assert before.field != after.field
-        assert before.outcome is Outcome.REGULAR
+        assert before.outcome is results.Outcome.REGULAR
     last = run.segments[-1]
-    assert (last.target, last.outcome) == ("", Outcome.END)
+    assert (last.target, last.outcome) == ("", results.Outcome.END)
     assert run.segments[0].source == ""  # it starts off every plane, moving
 
 
-def test_each_end_lies_on_its_plane(run: Trajectory) -> None:
+def test_each_end_lies_on_its_plane(run: results.Trajectory) -> None:
     for segment in run.segments[:-1]:
         x_r, v_r, v_c = segment.end_state
         if int(segment.target[1:]) < 7:
@@ -106,7 +106,7 @@ def test_each_end_lies_on_its_plane(run: Trajectory) -> None:
             assert ((v_r > 0), (v_c > 0)) == (rising, forward)
 
 
-def test_times_are_periods_and_phases(run: Trajectory) -> None:
+def test_times_are_periods_and_phases(run: results.Trajectory) -> None:
     period = run.parameters.period
     for segment in run.segments:
         for instant in (segment.start, segment.end):
@@ -127,7 +127,7 @@ def test_notation() -> None:
         assert segment.local_map == expected
 
 
-def test_states_at_whole_periods(run: Trajectory) -> None:
+def test_states_at_whole_periods(run: results.Trajectory) -> None:
     period = run.parameters.period
     assert len(run.stroboscopic) == 12
     for number, state in enumerate(run.stroboscopic, start=1):
@@ -184,7 +184,7 @@ def test_a_steady_motion_of_one_period() -> None:
     check_steady(run, motion)
 
 
-def check_steady(run: Trajectory, motion: Any) -> None:
+def check_steady(run: results.Trajectory, motion: Any) -> None:
     """The motion repeats by an independent integrator, and advances by its progression."""
     period_number, period = motion.period_number, run.parameters.period
     count = len(run.stroboscopic) - 1
@@ -240,7 +240,7 @@ def test_a_steady_motion_is_read_off_the_last_periods(phase: float) -> None:
     run = simulate(Parameters(alpha=0.7), (0.0, 0.0, 0.0), phase, 60)
     motion = run.steady()
     assert motion is not None
-    assert run.segments[-1].outcome is Outcome.END
+    assert run.segments[-1].outcome is results.Outcome.END
     assert max(segment.end for segment in motion.segments) == run.segments[-2].end
 
 

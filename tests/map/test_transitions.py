@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from mpmath import mp
 
-from capsule_sym import Outcome, Parameters, simulate
+from capsule_sym import Parameters, results, simulate
 from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.transitions import State, Undetermined, place_of, select_field
@@ -132,7 +132,7 @@ def test_a_run_from_there_begins_with_that_field(
     assert (first.field, run.success) == (field, True)
     assert first.source == ("" if at[2] else f"Σ{field}")
     assert first.duration > 1e-3
-    assert first.outcome in (Outcome.REGULAR, Outcome.END)
+    assert first.outcome in (results.Outcome.REGULAR, results.Outcome.END)
 
 
 @BACKENDS

@@ -52,7 +52,7 @@ Spelt = structure(
 
 class Case(NamedTuple):
     values: NDArray[np.float64]
-    itinerary: cs.Itinerary
+    itinerary: cs.results.Itinerary
     z: NDArray[np.float64]
     held: int = -1
     direction: tuple[float, ...] = (1.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0)
@@ -107,7 +107,7 @@ def error(probe: Any, case: Case) -> float:
 
 
 @cache
-def grazing() -> list[tuple[cs.Orbit, int]]:
+def grazing() -> list[tuple[cs.results.Orbit, int]]:
     """Bifurcations at which a segment has no duration: at a graze its guard has no rate."""
     branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=0.05)), "alpha", 1.9, points=40)
     return [(one.orbit, one.segment) for one in branch.bifurcations if one.segment is not None]
@@ -146,11 +146,13 @@ def test_each_change_of_the_elimination_is_noticed(objects, tmp_path, changed) -
         assert any(error(probe, case) > 1e3 for case in cases())
 
 
-def repeated(orbit: cs.Orbit, times: int) -> Case:
+def repeated(orbit: cs.results.Orbit, times: int) -> Case:
     """An itinerary over and over, beside its solution."""
     z = np.array([*orbit.z[:4], *(times * orbit.z[4:].tolist())])
     z *= 1 + 1e-9 * np.sin(np.arange(len(z)))
-    return Case(np.array(orbit.values), cs.Itinerary(times * orbit.itinerary.segments, times), z)
+    return Case(
+        np.array(orbit.values), cs.results.Itinerary(times * orbit.itinerary.segments, times), z
+    )
 
 
 def test_a_step_of_a_long_itinerary_is_that_of_the_dense_matrix(objects, tmp_path) -> None:
@@ -162,12 +164,12 @@ def test_a_step_of_a_long_itinerary_is_that_of_the_dense_matrix(objects, tmp_pat
 def test_a_step_of_an_unstable_orbit_is_that_of_the_dense_matrix(objects, tmp_path) -> None:
     """Deviations grow 9.4-fold in a period, seven million times in seven."""
     values = (1.42, 0.424, 0.0, 0.031, 8.796, 2.559, 1.0)
-    itinerary = cs.Itinerary.of((5, 2, 3, 6, 3, 2, 5, 4, 1, 4, 1, 4, 1, 4), 1)
+    itinerary = cs.results.Itinerary.of((5, 2, 3, 6, 3, 2, 5, 4, 1, 4, 1, 4, 1, 4), 1)
     durations = (0.676, 1.188, 4.568, 0.613, 0.609, 1.049, 0.139, 1.081, 0.48, 1.309, 0.513, 1.184)
     guess = [0.043, 0.333, 0.0, 26.908, *durations, 1.287, 0.123]
-    orbit = cs.solve_itinerary(values, itinerary, guess)
+    orbit = cs.orbits.solve_itinerary(values, itinerary, guess)
     assert orbit.success
-    assert max(abs(cs.floquet_multipliers(orbit))) > 9
+    assert max(abs(cs.orbits.floquet_multipliers(orbit))) > 9
     probe = library(objects, tmp_path).probe
     for times in (1, 3, 7):
         assert error(probe, repeated(orbit, times)) < 1

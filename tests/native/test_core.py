@@ -12,7 +12,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from capsule_sym import Parameters, Trajectory, scenes, simulate, simulate_many
+from capsule_sym import Parameters, results, scenes, simulate, simulate_many
 from capsule_sym import _native as native
 from capsule_sym._map.backend import NumpyBackend, default_backend
 from capsule_sym._map.reference import Run
@@ -28,11 +28,11 @@ DATA = Path(__file__).parents[1] / "judges" / "data"
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
 
-def itinerary(run: Trajectory) -> list[tuple[int, str, str, str]]:
+def itinerary(run: results.Trajectory) -> list[tuple[int, str, str, str]]:
     return [(s.field, s.source, s.target, s.outcome.value) for s in run.segments]
 
 
-def numbers(run: Trajectory) -> np.ndarray:
+def numbers(run: results.Trajectory) -> np.ndarray:
     rows = [
         (*s.start_state, *s.end_state, s.duration, s.position, s.advance, s.end.phase)
         for s in run.segments

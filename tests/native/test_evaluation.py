@@ -12,12 +12,13 @@ import pytest
 from mpmath import mp, mpf
 from numpy.typing import NDArray
 
-from capsule_sym import InvalidInput, Parameters, Segment, Status, Trajectory, simulate
+from capsule_sym import InvalidInput, Parameters, simulate
 from capsule_sym._map import evaluation, native
 from capsule_sym._map.backend import MpmathBackend
 from capsule_sym._map.segments import Segments, records_of
 from capsule_sym._map.trajectory import Kept
 from capsule_sym._native import core
+from capsule_sym.results import Segment, Status, Trajectory
 from tests.judges import dop853
 
 needs_core = pytest.mark.skipif(core is None, reason="the C core was not compiled")
@@ -396,7 +397,7 @@ run([1.0, 2.0]), run.segments[0], run.columns, repr(run), run.steady()
 found = {"pandas", "xarray", "matplotlib", "sympy"} & set(sys.modules)
 assert not found, found
 calls = {"xarray": run.to_xarray, "matplotlib": run.plot}
-calls |= {"zarr": lambda: capsule_sym.open_results, "flint": lambda: capsule_sym.certify_run}
+calls |= {"zarr": lambda: capsule_sym.run_sweep, "flint": lambda: capsule_sym.certify_run}
 for name, call in calls.items():
     sys.modules[name] = None
     try:

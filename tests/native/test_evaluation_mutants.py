@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from capsule_sym import Parameters, Trajectory, simulate
+from capsule_sym import Parameters, results, simulate
 from capsule_sym._native import core
 from tests.native import KERNELS, LIBRARY, compile_in
 
@@ -76,7 +76,7 @@ class Library:
         self.library = ctypes.CDLL(str(directory / "built.so"))
         self.library.states.restype = ctypes.c_size_t
 
-    def states(self, run: Trajectory, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def states(self, run: results.Trajectory, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """States at times."""
         parameters = np.array([*run.parameters.to_dict().values()])
         work, out = np.zeros(1 << 17, np.uint8), np.zeros((len(times), 4))
@@ -93,7 +93,7 @@ class Library:
 
 
 @pytest.fixture(scope="module")
-def runs() -> list[tuple[Trajectory, NDArray[np.float64]]]:
+def runs() -> list[tuple[results.Trajectory, NDArray[np.float64]]]:
     """A short run densely, and a long one late and now and then, its end among the times."""
     short, late = simulate(P, (0.1, -0.2, 0.3), 1.25, 6), simulate(P, periods=20_000)
     random, period = np.random.default_rng(0), P.period
@@ -103,7 +103,7 @@ def runs() -> list[tuple[Trajectory, NDArray[np.float64]]]:
     return [(short, dense), (late, sparse)]
 
 
-def off(library: Library, runs: list[tuple[Trajectory, NDArray[np.float64]]]) -> float:
+def off(library: Library, runs: list[tuple[results.Trajectory, NDArray[np.float64]]]) -> float:
     """Largest difference from the core's states, which other tests check against 50 digits."""
     worst = 0.0
     for run, times in runs:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym import Outcome
 from capsule_sym.generated import interface
+from capsule_sym.results import Outcome
 
 HEADER = Path(__file__).parents[2] / "generated" / "capsule" / "c" / "capsule_interface.h"
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, Parameters, Status, Trajectories, simulate, simulate_many
+from capsule_sym import InvalidInput, Parameters, results, simulate, simulate_many
 from capsule_sym._map import keep as keeping
 from capsule_sym._map.keep import CHOICES
 from capsule_sym._map.segments import Segments
@@ -25,7 +25,7 @@ def single(i: int, keep: Any, periods: int = 9) -> Any:
 @pytest.mark.parametrize("keep", ["segments", "switches", "stroboscopic", "final", TIMES])
 def test_each_run_is_as_if_alone(keep: Any, threads: int) -> None:
     found = simulate_many(SETS, STARTS, PHASES, 9, keep=keep, threads=threads)
-    assert isinstance(found, Trajectories)
+    assert isinstance(found, results.Trajectories)
     assert len(found) == 4
     assert found.success.all()
     assert found.offsets[0] == 0
@@ -66,14 +66,14 @@ def test_each_run_says_how_it_ended() -> None:
     undecided = Parameters(omega=1e-3, zeta=1e-3, alpha=0.03)
     found = simulate_many([Parameters(), undecided], [(0, 0, 0), (0, 0.005, 0)], periods=2)
     alone = simulate(undecided, (0.0, 0.005, 0.0), periods=2)
-    assert found.status.tolist() == [Status.FINISHED, alone.status]
+    assert found.status.tolist() == [results.Status.FINISHED, alone.status]
     assert found.success.tolist() == [True, alone.success]
     late = simulate_many(SETS, periods=10**12, max_seconds=1e-3)
-    assert set(late.status.tolist()) <= {Status.TIME_LIMIT, Status.FINISHED}
-    assert Status.TIME_LIMIT in late.status.tolist()
+    assert set(late.status.tolist()) <= {results.Status.TIME_LIMIT, results.Status.FINISHED}
+    assert results.Status.TIME_LIMIT in late.status.tolist()
     cut = simulate_many(SETS, periods=9, keep="segments", max_segments=5)
     assert np.diff(cut.offsets).max() == 5
-    assert Status.SEGMENT_LIMIT in cut.status.tolist()
+    assert results.Status.SEGMENT_LIMIT in cut.status.tolist()
 
 
 BAD: list[tuple[str, dict[str, Any]]] = [
@@ -117,7 +117,7 @@ def test_rows_that_were_not_begun_say_so(monkeypatch: pytest.MonkeyPatch) -> Non
     for keep in ("segments", "switches", TIMES):
         clock = iter([0.0, *[1e9] * 1000])
         found = simulate_many(SETS, STARTS, keep=keep, max_seconds=1.0)
-        assert set(found.status.tolist()) == {Status.TIME_LIMIT}
+        assert set(found.status.tolist()) == {results.Status.TIME_LIMIT}
         np.testing.assert_array_equal(found.states, STARTS)
 
 
@@ -148,13 +148,13 @@ def test_what_is_kept_takes_no_more_memory_than_it_may(monkeypatch: pytest.Monke
     rapid = Parameters(omega=3000.0, zeta=0.0, f_b=1e6)  # a segment lasts for hundreds of periods
     for p, keep in [(SETS[0], what) for what in CHOICES if what != "final"] + [(rapid, "segments")]:
         run = simulate(p, (1.0, 0.0, 0.0), periods=10**6, keep=keep)
-        assert (run.status, run.success) == (Status.MEMORY_LIMIT, False)
+        assert (run.status, run.success) == (results.Status.MEMORY_LIMIT, False)
         arrays = [run.records] if keep == "segments" else []
         arrays += [run.switches] if keep == "switches" else [run.stroboscopic]
         assert room / 2 < sum(array.nbytes for array in arrays) < 1.3 * room
     moving = [SETS[i] for i in (0, 1, 3)] * 4
     many = simulate_many(moving, periods=10**5, keep="segments")
-    assert set(many.status.tolist()) == {Status.MEMORY_LIMIT}
+    assert set(many.status.tolist()) == {results.Status.MEMORY_LIMIT}
     assert room / 2 < many.kept.nbytes < room
     alone = simulate(moving[0], periods=int(many.periods[0]) + 1)
     assert many[0] == alone.segments[: len(many[0])]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from capsule_sym import Parameters, floquet_multipliers, performance, simulate, solve_orbit
+from capsule_sym import Parameters, orbits, performance, simulate, solve_orbit
 from capsule_sym._native import core
 from capsule_sym._orbits.metrics.many import METRICS, multipliers_of
 from capsule_sym._parameters import CAPSULE
@@ -192,7 +192,7 @@ def known(**given: float) -> Known:
     found = performance(orbit)
     metrics = [getattr(found, name) for name in METRICS]
     values = [[m.value, *m.gradient.values()] for m in metrics]
-    multipliers = floquet_multipliers(orbit)
+    multipliers = orbits.floquet_multipliers(orbit)
     parts = [np.ravel(values), np.sort(abs(multipliers)), [abs(multipliers.sum())]]
     nudge = 1e-6 * np.array([1.0, -1.0, 1.0 if run.final[1][2] else 0.0])
     return p, np.array(run.final[1]) + nudge, motion.period_number, np.concatenate(parts)

@@ -28,7 +28,7 @@ ROUNDINGS, INTERPOLATED = 64, 3e-7
 DURATIONS = (0.0, 1e-12, -1e-9, 1e-5, -1e-3, 0.03)
 
 
-def random_itinerary(draw: Random) -> cs.Itinerary:
+def random_itinerary(draw: Random) -> cs.results.Itinerary:
     """A closed walk over the fields, each step by one guard; a third are of mirrored halves."""
     while True:
         mirrored = draw.random() < 1 / 3
@@ -39,14 +39,14 @@ def random_itinerary(draw: Random) -> cs.Itinerary:
             ]
             fields.append(draw.choice(ways))
         if _follows(fields[-1], mirror(fields[0]) if mirrored else fields[0]):
-            return cs.Itinerary.of(fields, draw.choice((1, 3)), mirrored)
+            return cs.results.Itinerary.of(fields, draw.choice((1, 3)), mirrored)
 
 
 def _follows(field: int, other: int) -> bool:
     return (contact(field) != contact(other)) != (drift(field) != drift(other))
 
 
-def random_case(seed: int) -> tuple[tuple[float, ...], cs.Itinerary, np.ndarray]:
+def random_case(seed: int) -> tuple[tuple[float, ...], cs.results.Itinerary, np.ndarray]:
     """Parameters, an itinerary, and unknowns; some durations are 0, tiny, or below 0."""
     draw = Random(seed)
     itinerary = random_itinerary(draw)
@@ -74,7 +74,7 @@ def everything(system: ShootingSystem) -> list[Any]:
     ]
 
 
-def softness(itinerary: cs.Itinerary, exact: ShootingSystem) -> float:
+def softness(itinerary: cs.results.Itinerary, exact: ShootingSystem) -> float:
     """Growth of a rounding of the states in saltation matrices: they divide by the rate of v_c.
 
     If the capsule comes to rest softly and moves again, that rate is a small difference.
@@ -95,8 +95,8 @@ def compare(seed: int) -> None:
     with backend("mpmath") as numbers:
         given, unknowns = ([numbers.number(v) for v in row] for row in (values, z))
         exact = shooting(numbers, given, itinerary, np.array(unknowns))
-        matrix = cs.monodromy_matrix(
-            cs.Orbit(tuple(given), itinerary, np.array(unknowns), exact, "mpmath")
+        matrix = cs.orbits.monodromy_matrix(
+            cs.results.Orbit(tuple(given), itinerary, np.array(unknowns), exact, "mpmath")
         )
     assert found.monodromy is not None
     largest = 1 + max(float(abs(flow.end_by).max()) for flow in exact.flows)
@@ -119,7 +119,7 @@ def test_the_system_is_that_of_fifty_digits(seed: int | None) -> None:
         compare(one)
 
 
-def orbits(count: int) -> list[cs.Orbit]:
+def orbits(count: int) -> list[cs.results.Orbit]:
     draw, found = Random(3), []
     while len(found) < count:
         alpha, omega = draw.uniform(0.2, 3), draw.uniform(0.5, 2)
@@ -220,7 +220,7 @@ def test_a_search_that_begins_nowhere_takes_no_step() -> None:
 
 def test_a_mirrored_half_is_over_an_odd_number_of_periods() -> None:
     with pytest.raises(cs.InvalidInput, match="period_number = 2: must be odd"):
-        cs.Itinerary.of([2, 3], 2, True)
+        cs.results.Itinerary.of([2, 3], 2, True)
     fields, at = np.array([2, 3], np.int32), core.fields(parameter_rows(cs.Parameters())[0])
     with pytest.raises(ValueError, match="fields"):
         at.solve_itinerary(fields, 2, True, [0.89, -0.64, 0.0, 24.5, 3.0, 0.9])
@@ -236,14 +236,14 @@ def test_a_long_itinerary_is_solved_from_its_solution() -> None:
     """No equation loses digits to the turns that have passed: 9.8e-12 with angles in one double."""
     orbit = cs.solve_orbit(cs.Parameters(alpha=0.7))
     times = 700 // len(orbit.itinerary)
-    long = cs.Itinerary(times * orbit.itinerary.segments, times)
+    long = cs.results.Itinerary(times * orbit.itinerary.segments, times)
     z = [*orbit.z[:4], *(times * orbit.z[4:].tolist())]
-    found = cs.solve_itinerary(orbit.parameters, long, z)
+    found = cs.orbits.solve_itinerary(orbit.parameters, long, z)
     assert found.success
     assert found.iterations <= 2
     assert found.residual < 1e-13
     assert found.z == pytest.approx(np.array(z), abs=1e-12)
-    beside = cs.solve_itinerary(orbit.parameters, long, [value * (1 + 1e-6) for value in z])
+    beside = cs.orbits.solve_itinerary(orbit.parameters, long, [value * (1 + 1e-6) for value in z])
     assert beside.success
     assert beside.iterations <= 4  # each squares the distance
     assert beside.z == pytest.approx(np.array(z), abs=1e-12)
@@ -251,7 +251,7 @@ def test_a_long_itinerary_is_solved_from_its_solution() -> None:
 
 def test_a_watch_stops_the_search() -> None:
     orbit = cs.solve_orbit(cs.Parameters(alpha=0.6))
-    long = cs.Itinerary(200 * orbit.itinerary.segments, 200)
+    long = cs.results.Itinerary(200 * orbit.itinerary.segments, 200)
     watch = Watch()
     watch.stop()
     z = np.array([*orbit.z[:4], *(200 * orbit.z[4:].tolist())]) * 1.01
@@ -263,13 +263,13 @@ def test_a_watch_stops_the_search() -> None:
 
 def test_what_is_too_long_for_the_core_is_solved_without_it(monkeypatch) -> None:
     orbit = cs.solve_orbit(cs.Parameters(alpha=0.6))
-    long = cs.Itinerary(1025 * orbit.itinerary.segments, 1025)
+    long = cs.results.Itinerary(1025 * orbit.itinerary.segments, 1025)
     z = np.array([*orbit.z[:4], *(1025 * orbit.z[4:].tolist())])
     with pytest.raises(ValueError, match="fields 1 to 6"):
         core.fields(np.array(orbit.values)).solve_itinerary(
             np.array(long.fields, np.int32), 1025, False, z
         )
     monkeypatch.setattr(closed, "_LONGEST", 1)
-    other = cs.solve_itinerary(orbit.parameters, orbit.itinerary, list(1.01 * orbit.z))
+    other = cs.orbits.solve_itinerary(orbit.parameters, orbit.itinerary, list(1.01 * orbit.z))
     assert other.system.monodromy is None
     assert other.z == pytest.approx(orbit.z, abs=1e-13)

@@ -8,7 +8,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from capsule_sym import Outcome, Parameters, simulate
+from capsule_sym import Parameters, results, simulate
 from capsule_sym._native import Watch, core
 from tests.finals import final_states, parameter_rows
 
@@ -136,7 +136,7 @@ def test_a_motion_at_rest_takes_no_room_for_its_periods() -> None:
     tracemalloc.stop()
     assert peak < 1e7
     assert len(run.segments) == len(short.segments) > 3
-    assert run.segments[-1].outcome is Outcome.NEVER
+    assert run.segments[-1].outcome is results.Outcome.NEVER
     assert run.final[0] == (FOR_EVER, 0.0)
     assert run.steady() is not None
     # The states of the segments before it are those of a short run, and none of them is lost.

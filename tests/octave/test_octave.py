@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from capsule_sym import Parameters, check_switches, read_switches, simulate
+from capsule_sym import Parameters, check_switches, inputs, simulate
 from capsule_sym._parameters import scene
 from paper.study.casestudy import PANELS
 from tests.crosscheck import DIGITS
@@ -133,7 +133,7 @@ def test_the_page_is_run(gateways: Path, tmp_path: Path) -> None:
 def test_the_switches_of_ode45_are_those_of_the_map_within_its_event_search(tmp_path: Path) -> None:
     # Octave puts an event on a straight line between the ends of a step.
     octave("switches_ode45(1e-11, 3);\n", tmp_path, ROOT / "docs" / "howto" / "check")
-    read = read_switches(tmp_path / "switches.csv")
+    read = inputs.read_switches(tmp_path / "switches.csv")
     found = check_switches(
         read.times, read.events, Parameters(alpha=0.7), end=read.settings["end"][0]
     )

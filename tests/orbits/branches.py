@@ -2,28 +2,28 @@
 
 from functools import lru_cache
 
-from capsule_sym import Branch, Orbit, Parameters, continue_orbit, solve_orbit
+from capsule_sym import Parameters, continue_orbit, results, solve_orbit
 
 LOW, HIGH = 0.005, 2.0
 
 
-def settled(**parameters: float) -> Orbit:
+def settled(**parameters: float) -> results.Orbit:
     orbit = solve_orbit(Parameters(**parameters))
     assert orbit.success, orbit.message
     return orbit
 
 
 @lru_cache
-def upwards(gamma: float) -> Branch:
+def upwards(gamma: float) -> results.Branch:
     return continue_orbit(settled(alpha=LOW, gamma=gamma), "alpha", HIGH)
 
 
 @lru_cache
-def downwards(gamma: float) -> Branch:
+def downwards(gamma: float) -> results.Branch:
     return continue_orbit(settled(alpha=HIGH, gamma=gamma), "alpha", LOW)
 
 
 @lru_cache
-def hysteretic() -> Branch:
+def hysteretic() -> results.Branch:
     """A branch in omega with folds and period doublings."""
     return continue_orbit(settled(alpha=1.2, beta=10.0), "omega", 1.2, points=40)

@@ -6,10 +6,11 @@ import capsule_sym as cs
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import LANDING, MINIMUM, inequalities
+from capsule_sym.orbits import is_admissible, solve_itinerary, tightest
 from tests.orbits.branches import settled
 
 
-def held(orbit: cs.Orbit) -> list[cs.Inequality]:
+def held(orbit: cs.results.Orbit) -> list[cs.results.Inequality]:
     with backend(orbit.backend) as numbers:
         return inequalities(numbers, orbit.itinerary, orbit.system)
 
@@ -30,23 +31,25 @@ def test_the_landing_is_the_distance_to_the_edge_of_stick() -> None:
 def test_the_map_follows_a_word_just_where_its_inequalities_hold(alpha: float) -> None:
     # At 0.9409980 the force in F2 reaches the edge of stick.
     start = settled(alpha=0.9)
-    orbit = cs.solve_itinerary(cs.Parameters(alpha=alpha), start.itinerary, start.z)
+    orbit = cs.orbits.solve_itinerary(cs.Parameters(alpha=alpha), start.itinerary, start.z)
     assert orbit.success, orbit.message
-    least = cs.tightest(orbit)
+    least = cs.orbits.tightest(orbit)
     assert (least.kind, least.guard) == (MINIMUM, Guard.LOWER)
-    assert (least.value > 0) == (alpha < 0.9409980) == cs.is_admissible(orbit)
+    assert (least.value > 0) == (alpha < 0.9409980) == cs.orbits.is_admissible(orbit)
 
 
 def test_legs_and_guards_are_named_from_where_the_paper_begins() -> None:
     orbit = settled(alpha=0.9)
-    turned = cs.solve_itinerary(orbit.parameters, orbit.itinerary.rotated(2), _turned(orbit, 2))
+    turned = cs.orbits.solve_itinerary(
+        orbit.parameters, orbit.itinerary.rotated(2), _turned(orbit, 2)
+    )
     assert turned.success, turned.message
     names = {one.named(turned.itinerary) for one in held(turned)}
     assert names == {one.named(orbit.itinerary) for one in held(orbit)}
     assert "minimum of lower in segment 4, F2" in names
 
 
-def _turned(orbit: cs.Orbit, segment: int) -> list[float]:
+def _turned(orbit: cs.results.Orbit, segment: int) -> list[float]:
     flow = orbit.system.flows[segment]
     return [*flow.start, flow.angle, *orbit.z[4 + segment :], *orbit.z[4 : 4 + segment]]
 
@@ -61,9 +64,7 @@ def test_a_run_from_inside_stays_on_the_orbit() -> None:
 
 def test_the_first_half_of_the_longest_segment_is_compared_too() -> None:
     start = settled(alpha=0.9, omega=0.6819)
-    touching = cs.solve_itinerary(
-        cs.Parameters(alpha=0.9, omega=0.68189804), start.itinerary, start.z
-    )
+    touching = solve_itinerary(cs.Parameters(alpha=0.9, omega=0.68189804), start.itinerary, start.z)
     assert touching.success
-    assert cs.tightest(touching).value < 0
-    assert not cs.is_admissible(touching)
+    assert tightest(touching).value < 0
+    assert not is_admissible(touching)

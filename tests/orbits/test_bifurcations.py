@@ -24,6 +24,9 @@ from capsule_sym._symbolic.model.geometry import PIECES, SURFACES, meets
 from capsule_sym._symbolic.model.symbols import PARAMETERS as SYMBOLS
 from capsule_sym._symbolic.model.symbols import STATE
 from capsule_sym._symbolic.proofs.parts import PARTS
+from capsule_sym.inputs import ParameterPath
+from capsule_sym.orbits import monodromy_matrix, solve_itinerary
+from capsule_sym.results import Itinerary
 from tests.orbits.branches import hysteretic, settled, upwards
 
 EVERY = [(gamma, index) for gamma in (3.3, 3.0) for index in range(8)]
@@ -55,13 +58,13 @@ def test_fifty_digits_confirm_the_value_to_twenty(gamma: float, index: int) -> N
         for side in (-1, 1):
             values = list(exact.values)
             values[0] += side * numbers.number(10) ** -20
-            orbit = cs.solve_itinerary(values, other.itinerary, list(other.z), backend="mpmath")
+            orbit = solve_itinerary(values, other.itinerary, list(other.z), backend="mpmath")
             assert orbit.success, orbit.message
             least = min(i.value for i in inequalities(numbers, orbit.itinerary, orbit.system))
             assert (least > 0) == (side == ahead)
 
 
-def _same(itinerary: cs.Itinerary, other: cs.Itinerary) -> bool:
+def _same(itinerary: Itinerary, other: Itinerary) -> bool:
     return itinerary.rotated(itinerary.first) == other.rotated(other.first)
 
 
@@ -164,7 +167,7 @@ def test_newton_that_finds_nothing_says_so() -> None:
     orbit = settled(alpha=1.5)
     with backend("numpy") as numbers:
         # F4 lasts for two units of time: no alpha makes it vanish.
-        free = (cs.ParameterPath("alpha"),)
+        free = (ParameterPath("alpha"),)
         system = ExtendedSystem(numbers, orbit.values, free, orbit.itinerary, (1,))
         assert system.solve(orbit.z) is None
     one = upwards(3.3).bifurcations[0]
@@ -228,10 +231,10 @@ def test_the_uncertainty_of_a_smooth_bifurcation_covers_its_error() -> None:
         def test(value):
             values = [numbers.number(v) for v in one.orbit.values]
             values[column] = value
-            orbit = cs.solve_itinerary(
+            orbit = solve_itinerary(
                 values, one.orbit.itinerary, list(one.orbit.z), backend="mpmath"
             )
-            m = cs.monodromy_matrix(orbit) + np.eye(3, dtype=int)
+            m = monodromy_matrix(orbit) + np.eye(3, dtype=int)
             return (
                 m[0, 0] * (m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1])
                 - m[0, 1] * (m[1, 0] * m[2, 2] - m[1, 2] * m[2, 0])
@@ -257,7 +260,7 @@ def test_parameters_other_than_the_free_one_stay() -> None:
 def test_multipliers_on_the_unit_circle_all_along_are_no_bifurcation() -> None:
     """At rest on the ground and without damping nothing dissipates: the product of two is 1."""
     damped = settled(alpha=0.0143, zeta=0.001)
-    start = cs.solve_itinerary(cs.Parameters(alpha=0.0143, zeta=0.0), damped.itinerary, damped.z)
+    start = solve_itinerary(cs.Parameters(alpha=0.0143, zeta=0.0), damped.itinerary, damped.z)
     assert start.success
     branch = cs.continue_orbit(start, "alpha", 0.0074)
     for point in branch.points:

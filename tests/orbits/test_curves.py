@@ -16,6 +16,8 @@ from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
 from capsule_sym._orbits.continuation.points.extended import of_matrix
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_record, curve_rows
+from capsule_sym.inputs import ParameterPath
+from capsule_sym.results import Bifurcation, Curve, Ending
 from tests.orbits.branches import hysteretic, settled, upwards
 
 RANGES = ((0.001, 2.0), (3.0, 3.3))
@@ -23,7 +25,7 @@ DEGENERATE = (1.34731122382007, 4.1674541499034)
 
 
 @lru_cache
-def traced(kind: str, points: int = 8) -> cs.Curve:
+def traced(kind: str, points: int = 8) -> Curve:
     one = next(one for one in upwards(3.3).bifurcations if one.type == kind)
     return cs.continue_bifurcation(one, "gamma", RANGES, points=points)
 
@@ -33,7 +35,7 @@ def traced(kind: str, points: int = 8) -> cs.Curve:
 )
 def test_a_curve_joins_the_values_of_two_branches(kind: str) -> None:
     curve = traced(kind)
-    assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
     for point, gamma in ((curve.points[0], 3.0), (curve.points[-1], 3.3)):
         one = next(one for one in upwards(gamma).bifurcations if one.type == kind)
         assert point.values == pytest.approx((one.value, gamma), abs=1e-12)
@@ -48,7 +50,7 @@ def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
     """However large its steps are beside the ranges."""
     one = next(one for one in upwards(3.3).bifurcations if one.type == kinds.GRAZING)
     axes = tuple(
-        PathAxis(cs.ParameterPath(name), *ends)
+        PathAxis(ParameterPath(name), *ends)
         for name, ends in zip(("alpha", "gamma"), RANGES, strict=True)
     )
     with backend("numpy") as numbers:
@@ -208,7 +210,7 @@ def test_two_folds_end_on_a_border_between_them() -> None:
     For one sign of e each side has its fold, (e b)^2/(4 a) from the border, for the other none has.
     """
 
-    def events(alpha: float) -> list[cs.Bifurcation]:
+    def events(alpha: float) -> list[Bifurcation]:
         start = settled(alpha=alpha, beta=10.0, omega=0.865)
         found = cs.continue_orbit(start, "omega", 0.867, points=2).bifurcations
         return [one for one in found if one.type in (kinds.FOLD, kinds.CROSSING)]
@@ -335,7 +337,7 @@ def test_a_curve_goes_on_where_the_mass_grazes_beside_the_segment_whose_inequali
     )
     (corner, *_) = cs.continue_orbit(start, "f_b", 1.55).bifurcations
     curve = cs.continue_bifurcation(corner, "zeta", ((1.2, 1.9), (0.05, 0.17)), points=10)
-    assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
     assert (kinds.GRAZING, kinds.GRAZING) in [one.types for one in curve.codimension_two]
     point = curve.points[-1]
     f_b, zeta = point.values

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import InvalidInput, Itinerary, ItinerarySegment, Parameters
+from capsule_sym import InvalidInput, Parameters, results
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.precision import workspace
@@ -21,13 +21,13 @@ WORDS = ("52", "5452", "541236", "541256", "4136", "2123", "2")
 VALUES = tuple(Parameters(alpha=1.3, delta=0.1).to_dict().values())
 
 
-def unknowns(itinerary: Itinerary) -> list[float]:
+def unknowns(itinerary: results.Itinerary) -> list[float]:
     """A point with nothing special about it: no equation holds there."""
     durations = [0.3 + 0.17 * ((5 * i) % 7) for i in range(len(itinerary))]
     return [0.13, 0.7, 0.21, 1.1, *durations]
 
 
-def derivative_error(itinerary: Itinerary, z: list[Any]) -> Any:
+def derivative_error(itinerary: results.Itinerary, z: list[Any]) -> Any:
     """Difference between the derivatives and a central difference, along a random direction.
 
     The direction has a part along every unknown and every parameter.
@@ -48,7 +48,7 @@ def everything(system: ShootingSystem) -> Any:
     return np.array([*system.residual, system.advance])
 
 
-def shoot_exactly(itinerary: Itinerary, z: list[Any], values: list[Any]) -> ShootingSystem:
+def shoot_exactly(itinerary: results.Itinerary, z: list[Any], values: list[Any]) -> ShootingSystem:
     with backend("mpmath") as numbers:
         number = numbers.number
         return shooting(
@@ -59,7 +59,7 @@ def shoot_exactly(itinerary: Itinerary, z: list[Any], values: list[Any]) -> Shoo
 @sampled
 @pytest.mark.parametrize("text", some(WORDS, 3))
 def test_derivatives_are_the_slopes_of_the_residual(text: str) -> None:
-    itinerary = Itinerary.parse(text)
+    itinerary = results.Itinerary.parse(text)
     with mp.workdps(60):
         assert derivative_error(itinerary, unknowns(itinerary)) < mpf("1e-30")
 
@@ -69,7 +69,7 @@ def test_derivatives_are_the_slopes_of_the_residual(text: str) -> None:
     ("text", "segment"), [("5452", 1), ("5452", 3), ("541236", 3), ("4136", 2)]
 )
 def test_derivatives_hold_for_short_and_for_negative_durations(text: str, segment: int) -> None:
-    itinerary = Itinerary.parse(text)
+    itinerary = results.Itinerary.parse(text)
     for duration in (0.01, -0.01):
         z = unknowns(itinerary)
         z[4 + segment] = duration
@@ -87,13 +87,13 @@ def test_a_wrong_derivative_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
         return values, matrix
 
     monkeypatch.setattr(closed.ClosedForms, "run", wrong)
-    itinerary = Itinerary.parse("52")
+    itinerary = results.Itinerary.parse("52")
     with mp.workdps(60):
         assert derivative_error(itinerary, unknowns(itinerary)) > mpf("1e-6")
 
 
 def test_gap_over_the_duration_tends_to_the_velocity() -> None:
-    itinerary = Itinerary.parse("52")
+    itinerary = results.Itinerary.parse("52")
     z = np.array([VALUES[2], 0.4, 0.0, 1.0, 0.0, 5.0])
     with backend("numpy") as numbers:
         system = shooting(numbers, VALUES, itinerary, z)
@@ -103,7 +103,7 @@ def test_gap_over_the_duration_tends_to_the_velocity() -> None:
 def test_slip_velocity_over_the_duration_squared_tends_to_half_the_rate_of_the_force() -> None:
     """v_c = P' h^2 / (2 gamma) + ... where a slip begins."""
     alpha, _, delta, zeta, beta, gamma, f_b = VALUES
-    itinerary, x_r, theta = Itinerary.parse("4525"), 0.2, 0.6
+    itinerary, x_r, theta = results.Itinerary.parse("4525"), 0.2, 0.6
     v_r = (f_b - x_r - beta * (x_r - delta)) / (2 * zeta)  # the force is at its bound
     acceleration = alpha * np.cos(theta) - f_b  # of F5 and of F4 there: Eq. (10), (11)
     rate = (1 + beta) * v_r + 2 * zeta * acceleration
@@ -120,7 +120,7 @@ def test_slip_velocity_over_the_duration_squared_tends_to_half_the_rate_of_the_f
 def test_tiny_legs_lose_no_digits(text: str, gradient: float, duration: float) -> None:
     """The first segment begins where its guard vanishes; the gradient there is extrapolated."""
     _, _, delta, zeta, beta, _, f_b = VALUES
-    itinerary, x_r = Itinerary.parse(text), delta if text == "52" else 0.2
+    itinerary, x_r = results.Itinerary.parse(text), delta if text == "52" else 0.2
     v_r = (f_b - x_r - beta * (x_r - delta)) / (2 * zeta)
     z = np.array([x_r, v_r, 0.0, 0.6, duration, *unknowns(itinerary)[5:]])
     with backend("numpy") as numbers:
@@ -134,7 +134,7 @@ def test_tiny_legs_lose_no_digits(text: str, gradient: float, duration: float) -
 
 @pytest.mark.parametrize("text", WORDS)
 def test_core_and_kernels_give_the_same(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    itinerary = Itinerary.parse(text)
+    itinerary = results.Itinerary.parse(text)
     with backend("numpy") as numbers:
         compiled = shooting(numbers, VALUES, itinerary, np.array(unknowns(itinerary)))
         monkeypatch.setattr(closed, "core_of", lambda scene: None)
@@ -171,22 +171,22 @@ def test_several_right_sides_take_one_factorisation(monkeypatch: pytest.MonkeyPa
 
 
 def test_word_knows_its_guards() -> None:
-    itinerary = Itinerary.parse("F5 F4,F1 F2 F3 F6")
+    itinerary = results.Itinerary.parse("F5 F4,F1 F2 F3 F6")
     guards = (Guard.UPPER, Guard.GAP, Guard.DRIFT, Guard.LOWER, Guard.GAP, Guard.DRIFT)
-    assert itinerary.segments == tuple(map(ItinerarySegment, (5, 4, 1, 2, 3, 6), guards))
+    assert itinerary.segments == tuple(map(results.ItinerarySegment, (5, 4, 1, 2, 3, 6), guards))
     assert str(itinerary) == "F5 F4 F1 F2 F3 F6"
-    assert Itinerary.parse("236541").first == 3
-    assert Itinerary.parse("236541").rotated(3).fields == (5, 4, 1, 2, 3, 6)
+    assert results.Itinerary.parse("236541").first == 3
+    assert results.Itinerary.parse("236541").rotated(3).fields == (5, 4, 1, 2, 3, 6)
     assert [itinerary.zeros(i) for i in range(6)] == [0, 0, 0, 0, 0, 0]
-    assert [Itinerary.parse("5452").zeros(i) for i in range(4)] == [0, 2, 0, 1]
-    assert [Itinerary.parse("4136").zeros(i) for i in range(4)] == [0, 0, 0, 0]
-    assert [Itinerary.parse("5252", 2).zeros(i) for i in range(4)] == [1, 1, 1, 1]
+    assert [results.Itinerary.parse("5452").zeros(i) for i in range(4)] == [0, 2, 0, 1]
+    assert [results.Itinerary.parse("4136").zeros(i) for i in range(4)] == [0, 0, 0, 0]
+    assert [results.Itinerary.parse("5252", 2).zeros(i) for i in range(4)] == [1, 1, 1, 1]
 
 
 @pytest.mark.parametrize("text", ["", "57", "5 x", "1", "51", "5421"])
 def test_impossible_words_are_refused(text: str) -> None:
     with pytest.raises(InvalidInput, match=r"itinerary = "):
-        Itinerary.parse(text)
+        results.Itinerary.parse(text)
 
 
 def test_parameters_are_in_the_order_of_the_dataclass() -> None:

@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from capsule_sym import Itinerary, Parameters
+from capsule_sym import Parameters, results
 from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core
@@ -54,7 +54,7 @@ def segment(
     numbers = SYSTEMS[name]
     z = np.array([numbers.number(value) for value in (*start, h, 1.0)])
     exact = [numbers.number(value) for value in values]
-    return shooting(numbers, exact, Itinerary.parse(WORDS[field]), z).flows[0]
+    return shooting(numbers, exact, results.Itinerary.parse(WORDS[field]), z).flows[0]
 
 
 def random_segment_flow(seed: int, name: str = "numpy", smaller: int = 0) -> SegmentFlow:

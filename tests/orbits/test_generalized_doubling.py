@@ -9,6 +9,8 @@ import capsule_sym as cs
 from capsule_sym._map.backend import MpmathBackend
 from capsule_sym._map.reference import Run
 from capsule_sym._orbits.continuation.points import kinds
+from capsule_sym.orbits import curves_from
+from capsule_sym.results import Bifurcation, Branch, Curve, Ending, OrbitStatus
 from tests.orbits.branches import settled
 
 pytestmark = pytest.mark.long
@@ -21,7 +23,7 @@ MOTION = {
 }
 
 
-def doubling(delta: float) -> tuple[cs.Branch, cs.Bifurcation]:
+def doubling(delta: float) -> tuple[Branch, Bifurcation]:
     branch = cs.continue_orbit(
         settled(omega=0.625, delta=delta, **MOTION), "omega", 0.635, points=3
     )
@@ -44,7 +46,7 @@ POINT = (0.6321612304996292, 0.9810967197171732)
 
 
 @lru_cache
-def doublings() -> cs.Curve:
+def doublings() -> Curve:
     _, one = doubling(0.978)
     return cs.continue_bifurcation(one, "delta", ((0.62, 0.64), (0.978, 0.984)), points=6)
 
@@ -63,18 +65,18 @@ def test_doubled_orbits_change_sides_there() -> None:
     assert below == -above
 
 
-def folds_of_doubled_orbits(away: float) -> cs.Curve:
+def folds_of_doubled_orbits(away: float) -> Curve:
     """The curve of folds that leaves the point, to so far below it in delta."""
     ranges = ((0.62, 0.64), (POINT[1] - away, 0.984))
-    (curve,) = cs.curves_from(doublings(), ranges, points=2)
+    (curve,) = curves_from(doublings(), ranges, points=2)
     return curve
 
 
 def test_folds_of_doubled_orbits_leave_there() -> None:
     """The end of their curve is the fold that the branch of doubled orbits has at that delta."""
     curve = folds_of_doubled_orbits(4e-4)
-    assert (curve.type, curve.endings[0][0]) == (kinds.FOLD, cs.Ending.REACHED)
-    assert curve.endings[1] == (cs.Ending.CODIMENSION_TWO, "the point at which the curve starts")
+    assert (curve.type, curve.endings[0][0]) == (kinds.FOLD, Ending.REACHED)
+    assert curve.endings[1] == (Ending.CODIMENSION_TWO, "the point at which the curve starts")
     assert curve.codimension_two[0].values == doublings().codimension_two[0].values
     omega, delta = curve.points[0].values
     branch, one = doubling(delta)
@@ -98,7 +100,7 @@ def test_their_folds_are_solved_where_rounding_moves_the_orbits(away: float) -> 
         for bifurcation in new.bifurcations
         if bifurcation.type == kinds.FOLD
     ]
-    assert found == [cs.OrbitStatus.CONVERGED]
+    assert found == [OrbitStatus.CONVERGED]
 
 
 def test_they_are_tangent_to_the_doublings() -> None:
@@ -110,7 +112,7 @@ def test_they_are_tangent_to_the_doublings() -> None:
     assert apart[0] / apart[1] == pytest.approx(4, rel=0.02)
 
 
-def third_order(one: cs.Bifurcation) -> mpf:
+def third_order(one: Bifurcation) -> mpf:
     """Coefficient c of the map u -> -u + c u^3 at a period doubling, by 50-digit differences.
 
     Of the map from (x_r, v_r) at phase 0, where the capsule sticks, to those a period later.

@@ -3,24 +3,24 @@
 import numpy as np
 import pytest
 
-from capsule_sym import Itinerary, Orbit, solve_itinerary
+from capsule_sym import orbits, results
 from capsule_sym._orbits.shooting.symmetry import primitive, same
 from tests.orbits.branches import settled
 
 
-def twice(orbit: Orbit) -> Orbit:
+def twice(orbit: results.Orbit) -> results.Orbit:
     """The same orbit gone round two times."""
-    itinerary = Itinerary(2 * orbit.itinerary.segments, 2 * orbit.itinerary.period_number)
-    found = solve_itinerary(orbit.values, itinerary, [*orbit.z, *orbit.durations])
+    itinerary = results.Itinerary(2 * orbit.itinerary.segments, 2 * orbit.itinerary.period_number)
+    found = orbits.solve_itinerary(orbit.values, itinerary, [*orbit.z, *orbit.durations])
     assert found.success, found.message
     return found
 
 
-def turned(orbit: Orbit, segment: int) -> Orbit:
+def turned(orbit: results.Orbit, segment: int) -> results.Orbit:
     """The same orbit begun at another segment."""
     flow, h = orbit.system.flows[segment], orbit.durations
     guess = [*flow.start, flow.angle, *h[segment:], *h[:segment]]
-    found = solve_itinerary(orbit.values, orbit.itinerary.rotated(segment), guess)
+    found = orbits.solve_itinerary(orbit.values, orbit.itinerary.rotated(segment), guess)
     assert found.success, found.message
     return found
 

@@ -18,7 +18,7 @@ REACH = 3.0
 
 
 @lru_cache
-def isola() -> tuple[cs.Orbit, cs.Orbit, cs.Branch]:
+def isola() -> tuple[cs.results.Orbit, cs.results.Orbit, cs.results.Branch]:
     """Two orbits of three periods, and the closed branch through the first."""
     orbits = cs.search_orbits(BESIDE_THREE, 8, period_numbers=(3,), box=(REACH, REACH, 0))
     _, first, second = orbits
@@ -42,7 +42,7 @@ def of_period_three(parameters: cs.Parameters) -> int:
 @pytest.mark.long
 def test_motions_of_three_periods_lie_on_an_isola() -> None:
     begin, _, closed = isola()
-    assert (closed.status, closed.success) == (cs.Ending.RETURNED, False)
+    assert (closed.status, closed.success) == (cs.results.Ending.RETURNED, False)
     assert same(closed.points[0].orbit, begin)
     folds = sorted(one.value for one in closed.bifurcations if one.type == FOLD)
     values = [point.value for point in closed.points]
@@ -54,7 +54,7 @@ def test_motions_of_three_periods_lie_on_an_isola() -> None:
     assert of_period_three(BESIDE_THREE.replace(delta=folds[0] - 2e-3)) == 0
 
 
-def by_the_map(orbit: cs.Orbit) -> NDArray[np.complex128]:
+def by_the_map(orbit: cs.results.Orbit) -> NDArray[np.complex128]:
     """Multipliers of an orbit, the largest modulus first, by differences of runs."""
     number, parameters = orbit.itinerary.period_number, orbit.parameters
     state = orbit.trajectory()(parameters.period * number)
@@ -68,9 +68,11 @@ def by_the_map(orbit: cs.Orbit) -> NDArray[np.complex128]:
 def test_an_isola_comes_back_to_the_orbit_it_began_at() -> None:
     begin, other, closed = isola()
 
-    def near(point: cs.BranchPoint) -> cs.Orbit:
+    def near(point: cs.results.BranchPoint) -> cs.results.Orbit:
         """The orbit at the value of the begin that Newton's method finds from a point."""
-        orbit = cs.solve_itinerary(begin.parameters, point.orbit.itinerary, list(point.orbit.z))
+        orbit = cs.orbits.solve_itinerary(
+            begin.parameters, point.orbit.itinerary, list(point.orbit.z)
+        )
         assert orbit.success
         assert max(abs(orbit.z - point.orbit.z)) > 1e-4
         return orbit
@@ -83,10 +85,10 @@ def test_an_isola_comes_back_to_the_orbit_it_began_at() -> None:
     assert same(passed, other)
     assert not same(again, other)
     for one, known in ((begin, again), (other, passed)):
-        multipliers = cs.floquet_multipliers(known)
-        assert multipliers == pytest.approx(cs.floquet_multipliers(one), abs=1e-9)
+        multipliers = cs.orbits.floquet_multipliers(known)
+        assert multipliers == pytest.approx(cs.orbits.floquet_multipliers(one), abs=1e-9)
         assert multipliers == pytest.approx(by_the_map(one), abs=1e-4)
-    largest = [abs(cs.floquet_multipliers(one)[0]) for one in (begin, other)]
+    largest = [abs(cs.orbits.floquet_multipliers(one)[0]) for one in (begin, other)]
     assert largest[0] < 1 < largest[1]
 
 

@@ -26,36 +26,36 @@ def ticks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @lru_cache
-def orbit() -> cs.Orbit:
+def orbit() -> cs.results.Orbit:
     return cs.solve_orbit(cs.Parameters())
 
 
 @lru_cache
-def branch() -> cs.Branch:
+def branch() -> cs.results.Branch:
     return cs.continue_orbit(orbit(), "alpha", 0.3, points=10)
 
 
 @lru_cache
-def doubling() -> cs.Branch:
+def doubling() -> cs.results.Branch:
     return cs.continue_orbit(cs.solve_orbit(DOUBLED), "alpha", 0.046, points=6)
 
 
 @lru_cache
-def curve() -> cs.Curve:
+def curve() -> cs.results.Curve:
     high = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=1.5)), "alpha", 1.55, points=5)
     return cs.continue_bifurcation(high.bifurcations[0], "gamma", PLANE, points=5)
 
 
 Call = Callable[..., Any]
 CALLS: dict[str, Call] = {
-    "solve_itinerary": lambda **k: cs.solve_itinerary(
+    "solve_itinerary": lambda **k: cs.orbits.solve_itinerary(
         cs.Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
     ),
-    "solve_itinerary in 50 digits": lambda **k: cs.solve_itinerary(
+    "solve_itinerary in 50 digits": lambda **k: cs.orbits.solve_itinerary(
         cs.Parameters(), orbit().itinerary, list(orbit().z), backend="mpmath", **k
     ),
     "refined": lambda **k: orbit().refined(**k),
-    "solve_admissible": lambda **k: cs.solve_admissible(
+    "solve_admissible": lambda **k: cs.orbits.solve_admissible(
         cs.Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
     ),
     "solve_orbit": lambda **k: cs.solve_orbit(cs.Parameters(), **k),
@@ -63,11 +63,13 @@ CALLS: dict[str, Call] = {
     "continue_orbit": lambda **k: cs.continue_orbit(orbit(), "alpha", 0.3, points=10, **k),
     "continue_both_ways": lambda **k: cs.continue_both_ways(orbit(), "alpha", (0.6, 0.8), **k),
     "continue_from": lambda **k: cs.continue_from(branch(), "EP2", 0.2, **k),
-    "period_doubling_cascade": lambda **k: cs.period_doubling_cascade(doubling(), 1, points=6, **k),
+    "period_doubling_cascade": lambda **k: cs.orbits.period_doubling_cascade(
+        doubling(), 1, points=6, **k
+    ),
     "continue_bifurcation": lambda **k: cs.continue_bifurcation(
         branch().bifurcations[0], "gamma", PLANE, points=5, **k
     ),
-    "curves_from": lambda **k: cs.curves_from(curve(), PLANE, points=5, **k),
+    "curves_from": lambda **k: cs.orbits.curves_from(curve(), PLANE, points=5, **k),
 }
 
 
@@ -108,8 +110,8 @@ def test_a_limit_that_is_no_time_is_refused(name: str) -> None:
 def test_a_branch_keeps_the_points_before_its_limit(ticks: None) -> None:
     whole = cs.continue_orbit(orbit(), "alpha", 0.3, points=10)
     part = cs.continue_orbit(orbit(), "alpha", 0.3, points=10, max_seconds=60)
-    assert whole.status is cs.Ending.REACHED
-    assert part.status is cs.Ending.TIME_LIMIT
+    assert whole.status is cs.results.Ending.REACHED
+    assert part.status is cs.results.Ending.TIME_LIMIT
     count = len(part.points)
     assert 1 < count < len(whole.points)
     assert [one.value for one in part.points] == [one.value for one in whole.points[:count]]
@@ -172,7 +174,7 @@ def test_counts_and_boxes_without_sense_are_refused(call, given, field) -> None:
 )
 def test_a_depth_without_sense_is_refused(depth: Any, needed: str) -> None:
     with pytest.raises(cs.InvalidInput, match=f"depth = {depth}: .*{needed}"):
-        cs.period_doubling_cascade(doubling(), depth)
+        cs.orbits.period_doubling_cascade(doubling(), depth)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,8 @@ from mpmath import mp, mpf
 import capsule_sym as cs
 from capsule_sym._native import Watch, core
 from capsule_sym._orbits.metrics.many import METRICS
+from capsule_sym.orbits import floquet_multipliers, solve_itinerary
+from capsule_sym.results import Orbit, Performance, Performances
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
@@ -54,7 +56,7 @@ BIFURCATIONS = {
 
 
 @lru_cache
-def known(name: str) -> tuple[cs.Orbit, cs.Performances]:
+def known(name: str) -> tuple[Orbit, Performances]:
     """The orbit that Python solves for, and what the core makes of the end of the same run."""
     p = cs.Parameters(**MOTIONS[name])
     run = cs.simulate(p, periods=400)
@@ -67,7 +69,7 @@ def known(name: str) -> tuple[cs.Orbit, cs.Performances]:
     return orbit, found
 
 
-def closed(p: cs.Parameters, state: Any, period_number: int = 1) -> cs.Performances:
+def closed(p: cs.Parameters, state: Any, period_number: int = 1) -> Performances:
     """All results of the core for a motion near a state."""
     found = cs.performance_many(row(p), state, period_number, gradients=True)
     assert found.status.tolist() == ["closed"]
@@ -82,9 +84,7 @@ ROUNDINGS = 64
 """Of a metric in double precision, in units of what the rounding of its numbers does to it."""
 
 
-def check_values(
-    found: cs.Performances, expected: cs.Performance, orbit: cs.Orbit, most: int
-) -> None:
+def check_values(found: Performances, expected: Performance, orbit: Orbit, most: int) -> None:
     """The metrics are off by no more than so many roundings of what they are made from."""
     # Ways forward and back make up the progression, and cancel where a motion is its own image.
     ways = expected.friction_loss.value / orbit.values[-1]
@@ -97,7 +97,7 @@ def check_values(
         assert abs(value - metric.value) <= most * 2.0**-53 * condition, name
 
 
-def off(found: cs.Performances, expected: cs.Performance, orbit: cs.Orbit) -> float:
+def off(found: Performances, expected: Performance, orbit: Orbit) -> float:
     """Largest difference of gradients, beside the largest number of each."""
     most = 0.0
     for gradient, name in zip(found.gradients[0], METRICS, strict=True):
@@ -119,7 +119,7 @@ def test_metrics_gradients_and_multipliers_are_those_of_the_orbit(name: str) -> 
     expected = cs.performance(orbit)  # in double precision too
     check_values(found, expected, orbit, 2 * ROUNDINGS)
     assert off(found, expected, orbit) < 1e-10
-    multipliers = cs.floquet_multipliers(orbit)
+    multipliers = floquet_multipliers(orbit)
     # Those of a pair may be in either order, as may values of equal absolute value.
     np.testing.assert_allclose(
         np.sort_complex(found.multipliers[0]), np.sort_complex(multipliers), rtol=0, atol=1e-12
@@ -145,7 +145,7 @@ def test_they_are_those_of_the_orbit_in_50_digits(name: str) -> None:
     assert off(found, expected, orbit) < 1e-11
 
 
-def beside(kind: str, distance: float) -> tuple[cs.Orbit, cs.Performances]:
+def beside(kind: str, distance: float) -> tuple[Orbit, Performances]:
     """Python's orbit and the core's, at a distance in amplitude from a bifurcation."""
     p = cs.Parameters(alpha=BIFURCATIONS[kind] + distance)
     state = cs.simulate(p, periods=1500, keep="final").final[1]
@@ -164,12 +164,12 @@ def test_they_hold_beside_bifurcations(kind: str, distance: float) -> None:
     assert off(found, expected, orbit) < 1e-13 / abs(distance) ** 0.5
 
 
-def difference(orbit: cs.Orbit, along: Any, step: Any, digits: str) -> np.ndarray:
+def difference(orbit: Orbit, along: Any, step: Any, digits: str) -> np.ndarray:
     """Central differences of the metrics along a direction of the parameters."""
     ends = []
     for side in (1, -1):
         values = [v + side * step * d for v, d in zip(orbit.values, along, strict=True)]
-        moved = cs.solve_itinerary(values, orbit.itinerary, list(orbit.z), backend=digits)
+        moved = solve_itinerary(values, orbit.itinerary, list(orbit.z), backend=digits)
         assert moved.success, moved.message
         found = cs.performance(moved)
         ends.append(np.array([getattr(found, name).value for name in METRICS]))

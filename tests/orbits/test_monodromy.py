@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from capsule_sym import Orbit
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.points.extended import (
     evaluate_test_functions,
     gradient_of_test_function,
 )
 from capsule_sym._orbits.shooting.equations import shooting
+from capsule_sym.results import Orbit
 from tests.orbits.branches import settled
 
 # Landings that stick; that turn the drift round; with contact; short slips beside them.

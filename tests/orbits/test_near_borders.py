@@ -5,19 +5,19 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from capsule_sym import Bifurcation, Ending, continue_from, continue_orbit
+from capsule_sym import continue_from, continue_orbit, results
 from capsule_sym._orbits.continuation.points import kinds
 from tests.orbits.branches import settled
 
 pytestmark = pytest.mark.long
 
 
-def both_ways(parameter: str, ends: Sequence[float], **fixed: float) -> list[Bifurcation]:
+def both_ways(parameter: str, ends: Sequence[float], **fixed: float) -> list[results.Bifurcation]:
     """The bifurcations between two values, which are the same on the way back."""
     orbit, ways = settled(**{parameter: ends[0]}, **fixed), []
     for to in ends[::-1]:
         branch = continue_orbit(orbit, parameter, to, points=2)
-        assert branch.status is Ending.REACHED, branch.message
+        assert branch.status is results.Ending.REACHED, branch.message
         ways.append(branch.bifurcations)
         orbit = branch.points[-1].orbit
     there, back = ways[0], ways[1][::-1]
@@ -34,7 +34,7 @@ def test_folds_nearer_to_a_border_than_a_first_point_beside_it() -> None:
     """
     point = (0.866044823146428, 1.224186888611542)
 
-    def events(alpha: float) -> list[Bifurcation]:
+    def events(alpha: float) -> list[results.Bifurcation]:
         found = both_ways("omega", (0.865, 0.8662), alpha=alpha, beta=10.0)
         return [one for one in found if one.type in (kinds.FOLD, kinds.CROSSING)]
 

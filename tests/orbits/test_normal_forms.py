@@ -29,7 +29,7 @@ pytestmark = pytest.mark.long
 
 
 @lru_cache
-def _collisions() -> dict[str, cs.Bifurcation]:
+def _collisions() -> dict[str, cs.results.Bifurcation]:
     found = {f"alpha {one.label}": one for one in upwards(3.3).bifurcations}
     found |= {f"omega {one.label}": one for one in hysteretic().bifurcations}
     return {name: one for name, one in found.items() if one.segment is not None}
@@ -69,7 +69,7 @@ def test_the_leading_discontinuous_term_is_that_of_motions_in_fifty_digits(name:
     assert form.scenario == PERSISTENCE
 
 
-def _difference(one: cs.Bifurcation, power: int, h: mpf) -> list[float]:
+def _difference(one: cs.results.Bifurcation, power: int, h: mpf) -> list[float]:
     """Change by a segment of duration h, over h^power, from the equations of motion alone."""
     orbit, segment = one.orbit, one.segment
     itinerary, p = orbit.itinerary, orbit.parameters
@@ -159,23 +159,23 @@ def test_two_orbits_lie_beside_a_fold_where_its_normal_form_says(label: str) -> 
     assert not any(o.success for o in _both_sides(one, one.value - form.growth * s * s, s))
 
 
-def _both_sides(one: cs.Bifurcation, value: float, s: float) -> list:
+def _both_sides(one: cs.results.Bifurcation, value: float, s: float) -> list:
     """The orbits at a value of omega that Newton's method finds from both sides of a fold."""
     values = list(one.orbit.values)
     values[PARAMETERS.index("omega")] = value
     along = np.linalg.svd(one.orbit.system.by_z)[2][-1]
     along /= np.linalg.norm(along[4:])
     return [
-        cs.solve_itinerary(values, one.orbit.itinerary, list(one.orbit.z + side * s * along))
+        cs.orbits.solve_itinerary(values, one.orbit.itinerary, list(one.orbit.z + side * s * along))
         for side in (-1, 1)
     ]
 
 
 def _nearest(orbit, value: float) -> float:
-    return float(min(cs.floquet_multipliers(orbit).real, key=lambda one: abs(one - value)))
+    return float(min(cs.orbits.floquet_multipliers(orbit).real, key=lambda one: abs(one - value)))
 
 
-class _Still(cs.ParameterPath):
+class _Still(cs.inputs.ParameterPath):
     """A parameter that has no effect."""
 
     def along(self, by_p: np.ndarray, value: float) -> np.ndarray:

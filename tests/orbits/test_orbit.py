@@ -11,6 +11,8 @@ from mpmath import mp, mpf
 import capsule_sym as cs
 from capsule_sym._orbits.shooting.orbit import _UNSOLVED
 from capsule_sym.generated.interface import Solving
+from capsule_sym.orbits import solve_itinerary
+from capsule_sym.results import Itinerary, Orbit, OrbitStatus
 from tests.orbits.branches import settled
 
 # One motion of each kind between the bifurcations of the case study; the itineraries are the
@@ -62,7 +64,7 @@ def test_refined_orbit_has_fifty_digits() -> None:
         assert max(abs(float(a - b)) for a, b in zip(final, first[:3], strict=True)) < 1e-14
 
 
-def simulate_exactly(orbit: cs.Orbit) -> tuple[str, tuple[mpf, ...]]:
+def simulate_exactly(orbit: Orbit) -> tuple[str, tuple[mpf, ...]]:
     """The 50-digit map over one period from the orbit's rounded start."""
     start = [float(value) for value in orbit.z[:3]]
     phase = float(orbit.z[3]) / orbit.parameters.omega
@@ -74,7 +76,7 @@ def simulate_exactly(orbit: cs.Orbit) -> tuple[str, tuple[mpf, ...]]:
 def test_stick_without_impact_is_the_forced_response() -> None:
     """x_r = alpha cos(omega tau - phi) / |1 - omega^2 + 2 i zeta omega|, capsule at rest."""
     parameters = cs.Parameters(alpha=0.005)
-    orbit = cs.solve_itinerary(parameters, cs.Itinerary.parse("2"))
+    orbit = solve_itinerary(parameters, Itinerary.parse("2"))
     assert orbit.success, orbit.message
     response = parameters.alpha / complex(
         1 - parameters.omega**2, 2 * parameters.zeta * parameters.omega
@@ -86,7 +88,7 @@ def test_stick_without_impact_is_the_forced_response() -> None:
 
 
 def test_equilibrium_is_at_rest() -> None:
-    orbit = cs.solve_itinerary(cs.Parameters(alpha=0.0), cs.Itinerary.parse("2"))
+    orbit = solve_itinerary(cs.Parameters(alpha=0.0), Itinerary.parse("2"))
     assert orbit.success, orbit.message
     assert not np.any(orbit.z[:4])
 
@@ -101,7 +103,7 @@ def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
         ends = []
         for step in (mpf("1e-18"), -mpf("1e-18")):
             values = [value + step * part for value, part in zip(orbit.values, along, strict=True)]
-            moved = cs.solve_itinerary(values, orbit.itinerary, list(orbit.z), backend="mpmath")
+            moved = solve_itinerary(values, orbit.itinerary, list(orbit.z), backend="mpmath")
             assert moved.success, moved.message
             ends.append(moved.z)
         slope = (ends[0] - ends[1]) / mpf("2e-18")
@@ -109,26 +111,24 @@ def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
 
 
 def test_undamped_resonance_is_singular() -> None:
-    found = cs.solve_itinerary(
-        cs.Parameters(alpha=0.1, zeta=0.0, omega=1.0), cs.Itinerary.parse("2")
-    )
+    found = solve_itinerary(cs.Parameters(alpha=0.1, zeta=0.0, omega=1.0), Itinerary.parse("2"))
     assert not found.success
-    assert found.status is cs.OrbitStatus.SINGULAR
+    assert found.status is OrbitStatus.SINGULAR
 
 
 def test_word_without_orbit_does_not_converge() -> None:
     """Below the grazing no motion touches the second spring and leaves it again."""
-    found = cs.solve_itinerary(
-        cs.Parameters(alpha=0.003), cs.Itinerary.parse("52"), [0.02, 0.001, 0.0, 0.2, 0.5, 7.0]
+    found = solve_itinerary(
+        cs.Parameters(alpha=0.003), Itinerary.parse("52"), [0.02, 0.001, 0.0, 0.2, 0.5, 7.0]
     )
     assert (not found.success) or min(found.durations) < 0
 
 
 def test_guess_that_overflows_is_typed() -> None:
-    itinerary = cs.Itinerary.parse("52")
-    found = cs.solve_itinerary(cs.Parameters(), itinerary, [1e308, 1e308, 0.0, 0.0, 1.0, 1.0])
+    itinerary = Itinerary.parse("52")
+    found = solve_itinerary(cs.Parameters(), itinerary, [1e308, 1e308, 0.0, 0.0, 1.0, 1.0])
     assert not found.success
-    assert found.status is cs.OrbitStatus.NOT_FINITE
+    assert found.status is OrbitStatus.NOT_FINITE
     assert found.itinerary is itinerary
     assert found.message
 
@@ -141,15 +141,13 @@ def test_motion_that_does_not_settle_is_typed() -> None:
 @pytest.mark.parametrize("guess", [None, [0.0] * 5, [0.0] * 7])
 def test_guess_of_the_wrong_size_is_refused(guess: list[float] | None) -> None:
     with pytest.raises(cs.InvalidInput, match="guess"):
-        cs.solve_itinerary(cs.Parameters(), cs.Itinerary.parse("52"), guess)
+        solve_itinerary(cs.Parameters(), Itinerary.parse("52"), guess)
 
 
 def test_guess_may_be_rough() -> None:
     """Ten per cent off in every unknown, Newton's method comes to the same orbit."""
     orbit = settled(alpha=0.7)
-    again = cs.solve_itinerary(
-        orbit.parameters, orbit.itinerary, [1.1 * value for value in orbit.z]
-    )
+    again = solve_itinerary(orbit.parameters, orbit.itinerary, [1.1 * value for value in orbit.z])
     assert again.success, again.message
     assert max(abs(again.z[:3] - orbit.z[:3])) < 1e-13
     turns = (again.z[3] - orbit.z[3]) / (2 * math.pi)
@@ -157,8 +155,8 @@ def test_guess_may_be_rough() -> None:
 
 
 def test_what_is_no_orbit_says_so_whatever_is_asked_of_it() -> None:
-    none = cs.solve_itinerary(cs.Parameters(alpha=0.003), cs.Itinerary.parse("52"), [np.nan] * 6)
-    assert (none.success, none.status) == (False, cs.OrbitStatus.NOT_FINITE)
+    none = solve_itinerary(cs.Parameters(alpha=0.003), Itinerary.parse("52"), [np.nan] * 6)
+    assert (none.success, none.status) == (False, OrbitStatus.NOT_FINITE)
     for name in ("z", "system", "progression", "durations"):
         with pytest.raises(AttributeError, match=r"there is no orbit, and so no .*not finite"):
             getattr(none, name)
@@ -169,12 +167,12 @@ def test_what_is_no_orbit_says_so_whatever_is_asked_of_it() -> None:
 
 def test_an_orbit_says_how_it_was_found() -> None:
     orbit = settled(alpha=1.2)
-    assert (orbit.success, orbit.status) == (True, cs.OrbitStatus.CONVERGED)
+    assert (orbit.success, orbit.status) == (True, OrbitStatus.CONVERGED)
     assert orbit.statistics == {"iterations": orbit.iterations, "residual": orbit.residual}
     moved = dataclasses.replace(
         orbit, system=dataclasses.replace(orbit.system, residual=orbit.system.residual + 1e-3)
     )
-    assert (moved.success, moved.status) == (False, cs.OrbitStatus.NOT_CONVERGED)
+    assert (moved.success, moved.status) == (False, OrbitStatus.NOT_CONVERGED)
     assert "not small" in moved.message
 
 

@@ -15,7 +15,7 @@ ALPHA = PARAMETERS.index("alpha")
 def test_base_excitation_meets_the_events_of_the_plain_parameter() -> None:
     start = settled(alpha=0.9 * 0.6**2, omega=0.6)
     branch = cs.continue_orbit(start, "omega", 0.72, points=3, ties={"alpha": "0.9*omega**2"})
-    assert branch.status is cs.Ending.REACHED
+    assert branch.status is cs.results.Ending.REACHED
     for point in branch.points:
         assert point.orbit.values[ALPHA] == pytest.approx(0.9 * point.value**2, rel=1e-14)
     assert branch.bifurcations
@@ -33,14 +33,14 @@ def test_a_device_is_followed_in_newtons() -> None:
     device = cs.PhysicalParameters(
         M_m=1.8, M_c=5.94, k1=80.0, k2=120.0, c=1.2, G=0.02, P_d=4.0, Omega=5.3, mu=0.3
     )
-    ties = cs.device_path(device, "P_d")
+    ties = cs.inputs.device_path(device, "P_d")
     base = device.dimensionless()
     branch = cs.continue_orbit(settled(**base.to_dict()), "P_d", 12.0, points=2, ties=ties)
     plain = cs.continue_orbit(
         settled(**base.to_dict()), "alpha", 12.0 / device.friction_force, points=2
     )
     assert branch.parameter == "P_d"
-    assert branch.status is cs.Ending.REACHED
+    assert branch.status is cs.results.Ending.REACHED
     assert [one.label for one in branch.bifurcations] == [one.label for one in plain.bifurcations]
     assert branch.bifurcations
     for one, other in zip(branch.bifurcations, plain.bifurcations, strict=True):
@@ -74,7 +74,7 @@ def test_a_path_goes_on_from_its_file(tmp_path) -> None:
 
 @pytest.mark.parametrize("text", ["3*s", "2 - s/4", "s**2/(1+s)", "-s**-1.5", "(s+1)**2*s", "1"])
 def test_the_derivative_of_a_formula_is_exact(text: str) -> None:
-    path = cs.parameter_path("s", {"gamma": text, "alpha": "s"})
+    path = cs.inputs.parameter_path("s", {"gamma": text, "alpha": "s"})
     rows = np.eye(7)
     for value in (0.3, 1.7):
         step = 1e-20j  # a complex step has no difference in which digits could cancel
@@ -109,19 +109,19 @@ def test_only_what_scales_a_parameter_is_followed_of_a_device() -> None:
         M_m=1.8, M_c=5.94, k1=80.0, k2=120.0, c=1.2, G=0.02, P_d=4.0, Omega=5.3, mu=0.3
     )
     for name in ("P_d", "Omega", "G", "c", "k2"):
-        path = cs.parameter_path(name, cs.device_path(device, name))
+        path = cs.inputs.parameter_path(name, cs.inputs.device_path(device, name))
         values = tuple(device.dimensionless().to_dict().values())
         assert path.value(values) == pytest.approx(getattr(device, name), rel=1e-14)
         assert path.placed(values, getattr(device, name)) == pytest.approx(values, rel=1e-14)
     with pytest.raises(cs.InvalidInput, match="one of P_d, Omega, G, c, k2"):
-        cs.device_path(device, "mu")
+        cs.inputs.device_path(device, "mu")
     assert cs.Parameters(*values)
 
 
 @pytest.mark.parametrize("text", ["9**9**9**9", "-" * 5000 + "1", "+".join(["1"] * 2000)])
 def test_a_function_that_asks_too_much_is_refused(text: str) -> None:
     with pytest.raises(cs.InvalidInput):
-        cs.parameter_path("omega", {"alpha": text}).check(cs.Parameters(), 0.8, 0.9)
+        cs.inputs.parameter_path("omega", {"alpha": text}).check(cs.Parameters(), 0.8, 0.9)
 
 
 def test_a_path_ends_where_its_function_does() -> None:

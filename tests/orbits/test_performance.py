@@ -15,6 +15,8 @@ from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._parameters import scene
 from capsule_sym._symbolic.model import model
 from capsule_sym._symbolic.model import symbols as s
+from capsule_sym.orbits import solve_itinerary
+from capsule_sym.results import Itinerary, Performance
 from tests.orbits.branches import settled
 
 _DEVICE = {"M_m": 0.5, "M_c": 1.65, "k1": 50, "c": 0.5, "P_d": 6, "Omega": 8, "mu": 0.2}
@@ -25,7 +27,7 @@ SLOPED = {
     },
 }
 ALPHAS = (0.005, 0.3, 0.45, 0.7, 1.2, 1.5, 1.9)
-METRICS = tuple(name for name in cs.Performance.__dataclass_fields__ if name != "imbalance")
+METRICS = tuple(name for name in Performance.__dataclass_fields__ if name != "imbalance")
 
 
 @pytest.mark.parametrize("index", range(1, 7))
@@ -112,7 +114,7 @@ def test_strong_damping_takes_few_nodes(zeta: float, monkeypatch: pytest.MonkeyP
 @pytest.mark.long
 def test_strong_damping_is_exact_in_50_digits() -> None:
     p = cs.Parameters(alpha=0.001, zeta=3.0)
-    found = cs.performance(cs.solve_itinerary(p, cs.Itinerary.parse("2"), backend="mpmath"))
+    found = cs.performance(solve_itinerary(p, Itinerary.parse("2"), backend="mpmath"))
     with mp.workdps(60):
         omega, zeta = mpf(p.omega), mpf(p.zeta)
         amplitude = mpf(p.alpha) / mp.sqrt((1 - omega**2) ** 2 + (2 * zeta * omega) ** 2)
@@ -170,7 +172,7 @@ def test_peaks_are_those_of_dense_samples(alpha: float) -> None:
 def test_figures_of_stick_are_those_of_the_oscillator(omega: float) -> None:
     """At resonance too: v_r = omega A sin, P = A (cos, 2 zeta omega sin)."""
     p = cs.Parameters(alpha=0.001, omega=omega)
-    orbit = cs.solve_itinerary(p, cs.Itinerary.parse("2"))
+    orbit = solve_itinerary(p, Itinerary.parse("2"))
     assert orbit.success, orbit.message
     found, amplitude = cs.performance(orbit), p.alpha / math.hypot(1 - omega**2, 2 * p.zeta * omega)
     loss = p.zeta * (omega * amplitude) ** 2 * p.period
@@ -194,7 +196,7 @@ def test_gradients_are_the_slopes_along_the_branch(alpha: float) -> None:
         step, ends = mpf("1e-15"), []
         for side in (1, -1):
             values = [mpf(v) + side * step * d for v, d in zip(orbit.values, along, strict=True)]
-            moved = cs.solve_itinerary(values, orbit.itinerary, list(orbit.z), backend="mpmath")
+            moved = solve_itinerary(values, orbit.itinerary, list(orbit.z), backend="mpmath")
             assert moved.success, moved.message
             ends.append(cs.performance(moved))
         assert all(abs(end.imbalance) < mpf("1e-55") for end in ends)

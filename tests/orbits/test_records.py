@@ -58,19 +58,19 @@ def test_an_orbit_tells_how_well_its_equations_are_solved() -> None:
 @pytest.mark.parametrize("name", ["state", "phase", "itinerary", "parameters"])
 def test_a_record_of_no_orbit_is_refused_by_the_name_that_it_lacks(name: str) -> None:
     whole = orbit_record(settled(alpha=1.2))
-    assert cs.orbit_from_record(whole).success
+    assert cs.results.orbit_from_record(whole).success
     with pytest.raises(cs.InvalidInput, match=f"must be of an orbit, with {name}$"):
-        cs.orbit_from_record({key: value for key, value in whole.items() if key != name})
+        cs.results.orbit_from_record({key: value for key, value in whole.items() if key != name})
     without = {**whole, "parameters": {"alpha": 1.2}}
     with pytest.raises(cs.InvalidInput, match=r"with parameters\.omega, "):
-        cs.orbit_from_record(without)
+        cs.results.orbit_from_record(without)
     with pytest.raises(cs.InvalidInput, match="of an orbit, whole"):
-        cs.orbit_from_record({**whole, name: None})
+        cs.results.orbit_from_record({**whole, name: None})
 
 
 def test_no_orbit_tells_where_newtons_method_ended() -> None:
     orbit = settled(alpha=1.2)
-    found = cs.solve_itinerary((0.1, *orbit.values[1:]), orbit.itinerary, list(orbit.z))
+    found = cs.orbits.solve_itinerary((0.1, *orbit.values[1:]), orbit.itinerary, list(orbit.z))
     assert not found.success
     record = failure_record(found)
     assert not solved(record)
@@ -80,13 +80,13 @@ def test_no_orbit_tells_where_newtons_method_ended() -> None:
 
 
 @lru_cache
-def doubled(settings: cs.ContinuationSettings = DEFAULT) -> cs.Branch:
+def doubled(settings: cs.inputs.ContinuationSettings = DEFAULT) -> cs.results.Branch:
     """A short branch with a period doubling."""
     start = settled(alpha=1.2, beta=10.0, omega=0.965)
     return cs.continue_orbit(start, "omega", 0.98, points=4, settings=settings)
 
 
-def first_doubling(branch: cs.Branch) -> cs.Bifurcation:
+def first_doubling(branch: cs.results.Branch) -> cs.results.Bifurcation:
     return next(one for one in branch.bifurcations if one.type == PERIOD_DOUBLING)
 
 
@@ -94,7 +94,7 @@ def answer(monkeypatch: pytest.MonkeyPatch, answers: Iterable[EventSolution | No
     """Answers in place of those of Newton's method for a period doubling, as long as there are."""
     given, solve = iter(answers), Family.solved
 
-    def solved(self: Family, orbit: cs.Orbit, names: tuple[str, ...], *rest: Any) -> Any:
+    def solved(self: Family, orbit: cs.results.Orbit, names: tuple[str, ...], *rest: Any) -> Any:
         own = solve(self, orbit, names, *rest)
         return next(given, own) if PERIOD_DOUBLING in names else own
 
@@ -129,7 +129,7 @@ def test_a_bifurcation_that_does_not_converge_at_first_is_found_from_nearer(monk
     assert one.value == pytest.approx(whole.value, abs=1e-12)
     # As many halvings as requested.
     answer(monkeypatch, [None, None])
-    few = cs.ContinuationSettings(zero_halvings=2)
+    few = cs.inputs.ContinuationSettings(zero_halvings=2)
     assert not first_doubling(doubled.__wrapped__(few)).success
 
 
@@ -161,7 +161,7 @@ def test_a_record_has_the_multipliers_of_both_sides_of_a_border(label: str, tmp_
     """The limits of motions that settle on each side; their own jump only at grazing-sliding."""
     branch = upwards(3.3)
     one = branch.at(label)
-    assert isinstance(one, cs.Bifurcation)
+    assert isinstance(one, cs.results.Bifurcation)
     sides = [settled(alpha=one.value + side) for side in (-1e-9, 1e-9)]
     longer, shorter = sorted(sides, key=lambda orbit: -len(orbit.itinerary))
     record = bifurcation_record(one)
@@ -173,7 +173,7 @@ def test_a_record_has_the_multipliers_of_both_sides_of_a_border(label: str, tmp_
     # A file holds no more digits of the orbit than are needed to have them again.
     file = tmp_path / "branch.json"
     file.write_text(dumps(branch_record(branch)))
-    _, again = cs.labelled_point(file, label)
-    assert isinstance(again, cs.Bifurcation)
+    _, again = cs.results.labelled_point(file, label)
+    assert isinstance(again, cs.results.Bifurcation)
     assert again.multipliers == pytest.approx(one.multipliers, abs=1e-12)
     assert again.multipliers_without == pytest.approx(one.multipliers_without, abs=1e-12)

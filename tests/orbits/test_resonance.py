@@ -18,14 +18,14 @@ RANGES = ((0.1, 0.7), (2.1, 3.0))
 
 
 @lru_cache
-def rotations() -> cs.Curve:
+def rotations() -> cs.results.Curve:
     """The curve of Neimark-Sacker bifurcations in delta and omega."""
     branch = cs.continue_orbit(settled(omega=2.7, delta=0.4, **MOTION), "delta", 0.3, points=4)
     (one,) = (one for one in branch.bifurcations if one.type == kinds.NEIMARK_SACKER)
     return cs.continue_bifurcation(one, "omega", RANGES, points=8)
 
 
-def resonance(curve: cs.Curve) -> cs.CodimensionTwoPoint:
+def resonance(curve: cs.results.Curve) -> cs.results.CodimensionTwoPoint:
     (point,) = (one for one in curve.codimension_two if kinds.RESONANCE_1_2 in one.types)
     return point
 
@@ -37,8 +37,8 @@ def test_rotations_end_in_a_resonance() -> None:
     assert point.status == "converged"
     assert max(point.uncertainties) < 1e-12
     assert sorted(ending for ending, _ in curve.endings) == [
-        cs.Ending.CODIMENSION_TWO,
-        cs.Ending.REACHED,
+        cs.results.Ending.CODIMENSION_TWO,
+        cs.results.Ending.REACHED,
     ]
     for one in curve.points:
         first, second, _ = one.multipliers
@@ -79,6 +79,6 @@ def test_period_doublings_pass_the_resonance() -> None:
         inside = abs(there.multipliers[0] * there.multipliers[1]) < 1
         assert inside == (there.values[1] < point.values[1])
     # Only rotations leave it, on one side.
-    (leaving,) = cs.curves_from(curve, ranges, points=4)
+    (leaving,) = cs.orbits.curves_from(curve, ranges, points=4)
     assert leaving.type == kinds.NEIMARK_SACKER
-    assert cs.Ending.CODIMENSION_TWO in [ending for ending, _ in leaving.endings]
+    assert cs.results.Ending.CODIMENSION_TWO in [ending for ending, _ in leaving.endings]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
+from capsule_sym import inputs, orbits, results, simulate
 from capsule_sym._map.backend import backend
 from capsule_sym._map.drift import dragged
 from capsule_sym._map.expansion import Guard
@@ -36,20 +37,20 @@ MOTIONS = {
 }
 
 
-def parameters(name: str, **changes: float) -> cs.SceneParameters:
+def parameters(name: str, **changes: float) -> inputs.SceneParameters:
     scene: Scene = getattr(cs.scenes, name)
     return scene.Parameters(**MOTIONS[name] | changes)
 
 
 @lru_cache
-def settled(name: str, **changes: float) -> cs.Orbit:
+def settled(name: str, **changes: float) -> results.Orbit:
     orbit = cs.solve_orbit(parameters(name, **changes))
     assert orbit.success, orbit.message
     return orbit
 
 
 def states(
-    judge: Integrator, name: str, starts: list[np.ndarray], p: cs.SceneParameters
+    judge: Integrator, name: str, starts: list[np.ndarray], p: inputs.SceneParameters
 ) -> np.ndarray:
     """Final states of the integrator's runs over a period from phase 0, and x_c's advance."""
     given = [Start(p.to_dict(), tuple(map(float, one)), 0.0) for one in starts]
@@ -91,7 +92,7 @@ def test_gradients_are_differences_of_fifty_digits(name: str) -> None:
         for sign in (1, -1):
             values = list(exact.values)
             values[k] += sign * step
-            moved = cs.solve_itinerary(values, exact.itinerary, list(exact.z), backend="mpmath")
+            moved = orbits.solve_itinerary(values, exact.itinerary, list(exact.z), backend="mpmath")
             assert moved.success
             ends.append(moved.average_velocity)
         slope = float((ends[0] - ends[1]) / (2 * step))
@@ -118,7 +119,7 @@ def test_the_orbits_of_random_starts_hold_the_stable_one() -> None:
 
 
 @lru_cache
-def branch(name: str, parameter: str, to: float) -> cs.Branch:
+def branch(name: str, parameter: str, to: float) -> results.Branch:
     return cs.continue_orbit(settled(name), parameter, to, points=20)
 
 
@@ -169,7 +170,7 @@ def test_a_switch_that_meets_an_edge_is_followed_in_two_parameters() -> None:
     assert nearest.value == pytest.approx(alpha, abs=1e-10)
 
 
-def bisected(p: cs.SceneParameters, name: str, ends: tuple[float, float]) -> float:
+def bisected(p: inputs.SceneParameters, name: str, ends: tuple[float, float]) -> float:
     """The value between two at which the itinerary of settled runs changes, by bisection."""
     first, other = ends
     before = cs.solve_orbit(p.replace(**{name: first})).itinerary.cyclic
@@ -255,7 +256,7 @@ def test_a_half_begun_anywhere_has_the_inequalities_of_the_whole_motion(values, 
     n, met = len(orbit.itinerary) // 2, set[tuple[str, Guard | None]]()
     with backend("numpy", orbit.scene) as numbers:
 
-        def of(itinerary: cs.Itinerary, z: Any) -> list[float]:
+        def of(itinerary: results.Itinerary, z: Any) -> list[float]:
             system = shooting(numbers, orbit.values, itinerary, z)
             found = inequalities(numbers, itinerary, system)
             met.update((one.kind, one.guard) for one in found if one.segment == n - 1)
@@ -301,7 +302,7 @@ def test_motions_between_stops_alike_are_followed_by_their_halves() -> None:
     """A multiplier -1 of the half's map is 1 for the whole motion: its symmetry breaks."""
     p = cs.scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9)
     orbit = cs.solve_orbit(p)
-    half = cs.half_orbit(orbit)
+    half = orbits.half_orbit(orbit)
     assert half is not None
     assert half.itinerary.whole.cyclic == orbit.itinerary.cyclic
     assert half.multipliers == pytest.approx(orbit.multipliers, abs=1e-9)
@@ -315,7 +316,7 @@ def test_motions_between_stops_alike_are_followed_by_their_halves() -> None:
 
 
 @lru_cache
-def broken() -> cs.Branch:
+def broken() -> results.Branch:
     p = cs.scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9)
     return cs.continue_orbit(
         cs.solve_orbit(p), "alpha", 1.1, ties={"alpha_low": "-1*alpha"}, points=10
@@ -327,8 +328,8 @@ def test_two_branches_of_mirror_images_leave_where_a_symmetry_breaks(judge: Inte
     (breaking,) = broken().bifurcations
     itself, one, other = cs.continue_from(broken(), "SB1", 1.1, points=10)
     assert [b.origin for b in (itself, one, other)] == ["SB1.1", "SB1.2", "SB1.3"]
-    assert cs.half_orbit(itself.points[-1].orbit) is not None
-    assert [b.status for b in (one, other)] == [cs.Ending.REACHED, cs.Ending.REACHED]
+    assert orbits.half_orbit(itself.points[-1].orbit) is not None
+    assert [b.status for b in (one, other)] == [results.Ending.REACHED, results.Ending.REACHED]
     ends = [branch.points[-1].orbit for branch in (one, other)]
     assert ends[0].average_velocity == pytest.approx(-ends[1].average_velocity, abs=1e-12)
     assert abs(ends[0].average_velocity) > 0.01
@@ -352,7 +353,7 @@ def test_a_branch_ends_where_its_orbits_become_their_own_mirror_images() -> None
     (_, one, _) = cs.continue_from(broken(), "SB1", 0.98, points=10)
     (back,) = cs.continue_from(one, "EP2", 0.93, points=10)
     (breaking,) = broken().bifurcations
-    assert back.status is cs.Ending.SYMMETRIC
+    assert back.status is results.Ending.SYMMETRIC
     assert back.bifurcations[-1].type == "symmetry breaking"
     assert back.bifurcations[-1].value == pytest.approx(breaking.value, abs=1e-11)
 
@@ -384,21 +385,19 @@ def test_motions_have_images_by_the_values_of_parameters() -> None:
 
 
 def test_an_itinerary_is_of_the_fields_of_its_scene() -> None:
-    pulses = cs.Itinerary.parse("F5 F11 F8 F2", scene=cs.scenes.reaction_pulse)
+    pulses = results.Itinerary.parse("F5 F11 F8 F2", scene=cs.scenes.reaction_pulse)
     assert pulses.fields == (5, 11, 8, 2)
     assert str(pulses) == "F5 F11 F8 F2"
     with pytest.raises(cs.InvalidInput, match="fields from 1 to 6"):
-        cs.Itinerary.of((5, 11))
+        results.Itinerary.of((5, 11))
     with pytest.raises(cs.InvalidInput, match="one of the fields of slope"):
-        cs.solve_itinerary(cs.scenes.slope.Parameters(), pulses, [0.0] * 8)
+        orbits.solve_itinerary(cs.scenes.slope.Parameters(), pulses, [0.0] * 8)
 
 
 def test_the_jacobian_of_a_run_is_that_of_differences(judge: Integrator) -> None:
-    from capsule_sym import simulate
-
     for name in MOTIONS:
         p, x = parameters(name), np.array([0.31, -0.2, 0.4])
-        found = cs.jacobian(simulate(p, tuple(x), periods=1))
+        found = orbits.jacobian(simulate(p, tuple(x), periods=1))
         moved = [x + sign * STEP * unit for unit in np.eye(3) for sign in (1, -1)]
         ends = states(judge, name, moved, p)[:, :3]
         slopes = (ends[0::2] - ends[1::2]).T / (2 * STEP)
@@ -417,10 +416,10 @@ PULSED = {
 
 
 @lru_cache
-def pulsed(name: str) -> cs.Orbit:
+def pulsed(name: str) -> results.Orbit:
     orbit = cs.solve_orbit(PULSED[name])
     assert orbit.success, orbit.message
-    return (cs.half_orbit(orbit) or orbit) if name.startswith("half") else orbit
+    return (orbits.half_orbit(orbit) or orbit) if name.startswith("half") else orbit
 
 
 @sampled
@@ -451,12 +450,12 @@ def test_the_core_solves_a_pulsed_orbit_as_fifty_digits_do_and_the_integrator_cl
     name, judge
 ) -> None:
     z = pulsed(name).z + 1e-4 * np.random.default_rng(1).normal(size=len(pulsed(name).z))
-    found = cs.solve_itinerary(pulsed(name).parameters, pulsed(name).itinerary, list(z))
+    found = orbits.solve_itinerary(pulsed(name).parameters, pulsed(name).itinerary, list(z))
     assert found.success
     exact = found.refined()
     assert exact.success
     assert found.z == pytest.approx(exact.z.astype(float), abs=1e-12)
-    whole = cs.whole_orbit(found)
+    whole = orbits.whole_orbit(found)
     run, p = whole.trajectory(), whole.parameters
     x = np.array(run(p.period if run.origin[0].phase else 0.0), dtype=float)
     start, periods = Start(p.to_dict(), tuple(x.tolist()), 0.0), whole.itinerary.period_number
@@ -473,7 +472,7 @@ def test_a_slip_after_rest_that_an_edge_breaks_has_one_zero_at_its_start() -> No
 
 def test_an_itinerary_has_two_edges_a_period() -> None:
     with pytest.raises(cs.InvalidInput, match="half the number of edges of the drive, here 2"):
-        cs.Itinerary.parse("F1 F7", 2, cs.scenes.reaction_pulse)
+        results.Itinerary.parse("F1 F7", 2, cs.scenes.reaction_pulse)
 
 
 PEAKS = {"reaction": {}, "reaction_pulse": {"alpha": 1.8, "alpha_low": -0.1, "omega": 0.6}}
@@ -532,7 +531,7 @@ def test_where_the_mean_force_exceeds_friction_the_device_is_dragged(
     scene: Scene = getattr(cs.scenes, name)
     begin, beyond = scene.Parameters(**changes), limit * 1.5
     found = cs.continue_orbit(cs.solve_orbit(begin), parameter, beyond, points=10)
-    assert (found.status, found.success) == (cs.Ending.DRAGGED, False)
+    assert (found.status, found.success) == (results.Ending.DRAGGED, False)
     assert "reaches friction" in found.message
     assert found.bifurcations[-1].value == pytest.approx(limit, rel=1e-12)
     assert len(found.points) < 200

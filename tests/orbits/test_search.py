@@ -5,6 +5,8 @@ import pytest
 from numpy.typing import NDArray
 
 import capsule_sym as cs
+from capsule_sym.orbits import floquet_multipliers, solve_admissible
+from capsule_sym.results import Itinerary, Orbit, OrbitStatus
 from tests.finals import final_states, parameter_rows
 
 # Three capsules with more than one attractor, and the period period_numbers of these.
@@ -25,7 +27,7 @@ MULTISTABLE = {
 REACH = 3.0  # the grid covers (-REACH, REACH) in x_r and in v_r, with the capsule at rest
 
 
-def stroboscopic(orbit: cs.Orbit) -> NDArray[np.float64]:
+def stroboscopic(orbit: Orbit) -> NDArray[np.float64]:
     """States of an orbit at phase 0, one for each of its excitation periods."""
     start, phase = list(orbit.z[:3]), orbit.z[3] / orbit.parameters.omega
     period_number = orbit.itinerary.period_number
@@ -33,7 +35,7 @@ def stroboscopic(orbit: cs.Orbit) -> NDArray[np.float64]:
     return np.array(run.stroboscopic[-period_number:], dtype=float)
 
 
-def attractors_missed(parameters: cs.Parameters, orbits: list[cs.Orbit], size: int) -> list[int]:
+def attractors_missed(parameters: cs.Parameters, orbits: list[Orbit], size: int) -> list[int]:
     """Number of states of a grid that reach each orbit, and at last of those that reach none."""
     line = np.linspace(-REACH, REACH, size)
     x_r, v_r = (values.ravel() for values in np.meshgrid(line, line))
@@ -50,8 +52,8 @@ def attractors_missed(parameters: cs.Parameters, orbits: list[cs.Orbit], size: i
     return [*counts, int(left.sum())]
 
 
-def stable(orbits: tuple[cs.Orbit, ...]) -> list[cs.Orbit]:
-    return [orbit for orbit in orbits if abs(cs.floquet_multipliers(orbit)[0]) < 1]
+def stable(orbits: tuple[Orbit, ...]) -> list[Orbit]:
+    return [orbit for orbit in orbits if abs(floquet_multipliers(orbit)[0]) < 1]
 
 
 @pytest.mark.long
@@ -78,7 +80,7 @@ def test_the_unstable_orbit_between_two_attractors_is_found() -> None:
     parameters, _ = MULTISTABLE["rest beside drift"]
     orbits = cs.search_orbits(parameters, 12)
     (saddle,) = set(orbits) - set(stable(orbits))
-    values = cs.floquet_multipliers(saddle)
+    values = floquet_multipliers(saddle)
     assert abs(values[0]) > 1 > abs(values[1])
     # Started on it, the map stays for a while, and then leaves by the unstable direction.
     state = stroboscopic(saddle)[0]
@@ -125,7 +127,7 @@ def test_run_too_short_to_settle_is_typed() -> None:
         cs.Parameters(alpha=2.9, omega=3.0, delta=0.2, zeta=0.0, beta=50.0), periods=8
     )
     assert not found.success
-    assert found.status in (cs.OrbitStatus.NOT_PERIODIC, cs.OrbitStatus.NOT_CONVERGED)
+    assert found.status in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_CONVERGED)
     assert found.message
 
 
@@ -135,17 +137,17 @@ def test_word_beyond_its_bifurcation_is_typed_with_the_inequality_that_fails() -
     assert below.success, below.message
     assert str(below.itinerary) == "F5 F2"
     assert isinstance(
-        cs.solve_admissible(cs.Parameters(alpha=0.362), below.itinerary, list(below.z)), cs.Orbit
+        solve_admissible(cs.Parameters(alpha=0.362), below.itinerary, list(below.z)), Orbit
     )
-    beyond = cs.solve_admissible(cs.Parameters(alpha=0.4), below.itinerary, list(below.z))
+    beyond = solve_admissible(cs.Parameters(alpha=0.4), below.itinerary, list(below.z))
     assert not beyond.success
-    assert beyond.status is cs.OrbitStatus.NOT_ADMISSIBLE
+    assert beyond.status is OrbitStatus.NOT_ADMISSIBLE
     assert "minimum of upper in segment 1, F5 is -" in beyond.message
     assert beyond.residual < 1e-13
 
 
 def test_stick_beyond_the_grazing_is_typed() -> None:
     """The forced response reaches the second spring where its amplitude is the gap."""
-    beyond = cs.solve_admissible(cs.Parameters(alpha=0.0075), cs.Itinerary.parse("2"))
+    beyond = solve_admissible(cs.Parameters(alpha=0.0075), Itinerary.parse("2"))
     assert not beyond.success
     assert "minimum of gap" in beyond.message

@@ -29,14 +29,14 @@ from tests.orbits.branches import hysteretic, settled, upwards
 )
 def test_a_value_out_of_range_is_refused(name: str, value: object, allowed: str) -> None:
     with pytest.raises(cs.InvalidInput) as caught:
-        cs.ContinuationSettings(**{name: value})  # type: ignore[arg-type]
+        cs.inputs.ContinuationSettings(**{name: value})  # type: ignore[arg-type]
     assert (caught.value.field, caught.value.value) == (name, value) or value != value
     assert allowed in caught.value.allowed
 
 
 def test_numbers_of_numpy_are_taken_and_lists_are_not_kept() -> None:
     shares = [1, np.float64(0.5)]
-    chosen = cs.ContinuationSettings(
+    chosen = cs.inputs.ContinuationSettings(
         newton_steps=np.int64(5), first_step=np.float32(0.5), neighbour_shares=shares
     )
     shares.append(1)
@@ -51,12 +51,14 @@ CALLS: dict[str, Callable[..., object]] = {
         settled(alpha=0.9), "alpha", (0.8, 1.0), **k
     ),
     "continue_from": lambda **k: cs.continue_from(upwards(3.3), "EP2", 1.9, **k),
-    "period_doubling_cascade": lambda **k: cs.period_doubling_cascade(hysteretic(), 1, **k),
+    "period_doubling_cascade": lambda **k: cs.orbits.period_doubling_cascade(hysteretic(), 1, **k),
     "continue_bifurcation": lambda **k: cs.continue_bifurcation(
         upwards(3.3).bifurcations[0], "gamma", ((0.001, 2.0), (3.0, 3.3)), **k
     ),
-    "curves_from": lambda **k: cs.curves_from(
-        cs.Curve(GRAZING, ("alpha", "gamma"), (), (), ((cs.Ending.REACHED, ""),) * 2),
+    "curves_from": lambda **k: cs.orbits.curves_from(
+        cs.results.Curve(
+            GRAZING, ("alpha", "gamma"), (), (), ((cs.results.Ending.REACHED, ""),) * 2
+        ),
         ((0, 2), (3, 4)),
         **k,
     ),
@@ -71,9 +73,9 @@ def test_what_is_no_settings_is_refused_at_the_door(name: str, given: object) ->
 
 
 def steps(**settings: float) -> int:
-    chosen = cs.ContinuationSettings(**settings)  # type: ignore[arg-type]
+    chosen = cs.inputs.ContinuationSettings(**settings)  # type: ignore[arg-type]
     branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 0.95, points=1, settings=chosen)
-    assert branch.status is cs.Ending.REACHED
+    assert branch.status is cs.results.Ending.REACHED
     return len(branch.points)
 
 
@@ -90,7 +92,7 @@ def test_a_larger_tolerance_of_newtons_method_is_less_exact() -> None:
     """Its square is left as an error, which the residual has."""
 
     def residual(tolerance: float) -> float:
-        chosen = cs.ContinuationSettings(
+        chosen = cs.inputs.ContinuationSettings(
             newton_tolerance=tolerance, residual_tolerance=tolerance, rounding_step=1e-16
         )
         branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 0.95, points=2, settings=chosen)
@@ -100,17 +102,17 @@ def test_a_larger_tolerance_of_newtons_method_is_less_exact() -> None:
 
 
 def test_settings_reach_all_that_follows() -> None:
-    two = cs.ContinuationSettings(most_points=2, most_curve_points=2)
+    two = cs.inputs.ContinuationSettings(most_points=2, most_curve_points=2)
     one = next(one for one in upwards(3.3).bifurcations if one.type == GRAZING)
     curve = cs.continue_bifurcation(one, "gamma", ((0.001, 2.0), (3.0, 3.3)), settings=two)
     assert len(curve.points) == 3  # two of each half, the first of which they share
     (branch, *_) = cs.continue_from(upwards(3.3), one.label, 2.0, settings=two)
-    assert branch.status is cs.Ending.TOO_MANY_POINTS
-    cascade = cs.period_doubling_cascade(hysteretic(), 1, settings=two)
-    assert {found.status for found in cascade} == {cs.Ending.TOO_MANY_POINTS}
+    assert branch.status is cs.results.Ending.TOO_MANY_POINTS
+    cascade = cs.orbits.period_doubling_cascade(hysteretic(), 1, settings=two)
+    assert {found.status for found in cascade} == {cs.results.Ending.TOO_MANY_POINTS}
     # So near to the orbit that doubles the halves are not told apart from rounding.
-    near = cs.ContinuationSettings(doubled_distances=(1e-12,))
-    lost = cs.period_doubling_cascade(hysteretic(), 1, settings=near)
+    near = cs.inputs.ContinuationSettings(doubled_distances=(1e-12,))
+    lost = cs.orbits.period_doubling_cascade(hysteretic(), 1, settings=near)
     doublings = [one for one in hysteretic().bifurcations if one.type == PERIOD_DOUBLING]
     assert len(lost) == len(doublings)
-    assert {found.status for found in lost} == {cs.Ending.NOT_CONVERGED}
+    assert {found.status for found in lost} == {cs.results.Ending.NOT_CONVERGED}

@@ -45,7 +45,7 @@ def random_capsules(count: int, seed: int) -> list[cs.Parameters]:
     return [cs.Parameters(*row) for row in rows.tolist()]
 
 
-def differences(run: cs.Trajectory, motion: cs.SteadyMotion) -> NDArray[np.float64]:
+def differences(run: cs.results.Trajectory, motion: cs.results.SteadyMotion) -> NDArray[np.float64]:
     """The derivative of the map over the motion's periods, by central differences of runs.
 
     Where the capsule sticks at phase 0, that of (x_r, v_r): a deviation in v_c dies at once.
@@ -72,11 +72,11 @@ def check(parameters: cs.Parameters) -> bool:
         return False
     orbit = cs.solve_orbit(parameters, periods=PERIODS)
     assert orbit.success, orbit.message
-    assert cs.is_admissible(orbit)
+    assert cs.orbits.is_admissible(orbit)
     assert orbit.itinerary.rotated(orbit.itinerary.first).names == motion.itinerary, parameters
     assert orbit.itinerary.period_number == motion.period_number, parameters
     assert float(orbit.progression) == pytest.approx(motion.progression, abs=1e-7), parameters
-    matrix, values = differences(run, motion), cs.floquet_multipliers(orbit)
+    matrix, values = differences(run, motion), cs.orbits.floquet_multipliers(orbit)
     # Sum and product, and not the multipliers themselves, which may be double.
     assert np.trace(matrix) == pytest.approx(values.sum().real, abs=1e-5), parameters
     if len(matrix) == 2:
@@ -108,7 +108,7 @@ def test_not_found_names_what_was_tried() -> None:
     parameters = cs.Parameters(alpha=0.3, omega=0.8, delta=5.0, zeta=0.0, f_b=10.0)
     found = cs.solve_orbit(parameters, periods=100)
     assert not found.success
-    assert found.status is cs.OrbitStatus.NOT_PERIODIC
+    assert found.status is cs.results.OrbitStatus.NOT_PERIODIC
     assert "the run from (0.0, 0.0, 0.0) at phase 0.0 has not settled within 100" in found.message
     assert "on a motion of at most 16; tried F2 over 1" in found.message
     assert "\n" not in found.message

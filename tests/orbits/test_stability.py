@@ -21,7 +21,7 @@ ALPHAS = (1.9, 1.5, 1.2, 0.7, 0.45)
 MOST_LONG = [*ALPHAS[:2], *(pytest.param(a, marks=pytest.mark.long) for a in ALPHAS[2:])]
 
 
-def at_phase_0(orbit: cs.Orbit) -> tuple[list[float], int]:
+def at_phase_0(orbit: cs.results.Orbit) -> tuple[list[float], int]:
     """State of the orbit at phase 0, and how many directions it can be moved in: 2 in stick."""
     run = cs.simulate(orbit.parameters, list(orbit.z[:3]), orbit.z[3] / orbit.parameters.omega, 1)
     state = [float(value) for value in run.final[1]]
@@ -56,11 +56,11 @@ def test_monodromy_is_the_derivative_of_the_50_digit_map(alpha: float) -> None:
     # The starts are doubles, used exactly; a central difference is off by the step squared.
     with mp.workdps(60):
         slopes = differences(final, state, size, 2.0**-24).astype(float)
-    exact = cs.jacobian(cs.simulate(orbit.parameters, state, periods=1))
+    exact = cs.orbits.jacobian(cs.simulate(orbit.parameters, state, periods=1))
     assert np.max(abs(slopes - exact[:, :size])) < 1e-12 * np.max(abs(exact))
     found = np.linalg.eigvals(exact[:size, :size])
     found = found[np.argsort(-abs(found), kind="stable")]
-    assert np.sort_complex(cs.floquet_multipliers(orbit)[:size]) == pytest.approx(
+    assert np.sort_complex(cs.orbits.floquet_multipliers(orbit)[:size]) == pytest.approx(
         np.sort_complex(found), abs=1e-13
     )
 
@@ -79,12 +79,12 @@ def test_monodromy_agrees_with_the_orbit_equations(alpha: float) -> None:
     first = system.flows[0]
     speed = field(first.c, first.start, math.cos(first.angle))
     expected = end - np.outer(speed, h_by.sum(axis=0))
-    assert np.max(abs(cs.monodromy_matrix(orbit) - expected)) < 1e-11 * np.max(abs(expected))
+    assert np.max(abs(cs.orbits.monodromy_matrix(orbit) - expected)) < 1e-11 * np.max(abs(expected))
 
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_stick_takes_one_multiplier_away(alpha: float) -> None:
-    values = cs.floquet_multipliers(settled(alpha=alpha))
+    values = cs.orbits.floquet_multipliers(settled(alpha=alpha))
     assert (values[2] == 0) == (alpha < 1.7)
     assert abs(values[0]) < 1
 
@@ -98,10 +98,10 @@ def test_multipliers_of_stick_are_those_of_the_oscillator() -> None:
         cmath.exp(root * parameters.period),
         cmath.exp(root.conjugate() * parameters.period),
     ]
-    assert np.sort_complex(cs.floquet_multipliers(orbit)[:2]) == pytest.approx(
+    assert np.sort_complex(cs.orbits.floquet_multipliers(orbit)[:2]) == pytest.approx(
         np.sort_complex(expected)
     )
-    assert cs.floquet_multipliers(orbit)[2] == 0
+    assert cs.orbits.floquet_multipliers(orbit)[2] == 0
 
 
 @pytest.mark.long
@@ -111,10 +111,12 @@ def test_exponents_along_an_orbit_are_those_of_its_multipliers(alpha: float) -> 
     state, _ = at_phase_0(orbit)
     run = cs.simulate(orbit.parameters, state, periods=400)
     with np.errstate(divide="ignore"):
-        expected = np.log(abs(cs.floquet_multipliers(orbit))) / orbit.parameters.period
+        expected = np.log(abs(cs.orbits.floquet_multipliers(orbit))) / orbit.parameters.period
     # The contribution of the first periods decays as one over the run's length.
-    assert cs.lyapunov_exponents(run).values == pytest.approx(expected, abs=2e-3)
-    assert cs.lyapunov_exponents(run, transient=100).values == pytest.approx(expected, abs=2e-3)
+    assert cs.orbits.lyapunov_exponents(run).values == pytest.approx(expected, abs=2e-3)
+    assert cs.orbits.lyapunov_exponents(run, transient=100).values == pytest.approx(
+        expected, abs=2e-3
+    )
 
 
 def test_largest_exponent_of_chaos_is_the_rate_at_which_neighbours_part() -> None:
@@ -131,7 +133,7 @@ def test_largest_exponent_of_chaos_is_the_rate_at_which_neighbours_part() -> Non
         apart = ends[0] - ends[1]
         parted += math.log(np.linalg.norm(apart) / distance)
         state, along = np.array(mark), apart / np.linalg.norm(apart)
-    largest = cs.lyapunov_exponents(run).values[0] * periods * parameters.period
+    largest = cs.orbits.lyapunov_exponents(run).values[0] * periods * parameters.period
     assert largest > 10
     # The first vector of a frame that starts with the same direction grows alike.
     assert largest == pytest.approx(parted, abs=0.01)
@@ -144,13 +146,13 @@ def test_exponents_at_a_time_limit_are_those_of_what_was_passed(monkeypatch) -> 
     )  # at rest for ever, but for its start
     clock = iter(range(10**6))
     monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
-    found = cs.lyapunov_exponents(run, max_seconds=2000)
-    assert (found.status, found.success) == (cs.Status.TIME_LIMIT, False)
+    found = cs.orbits.lyapunov_exponents(run, max_seconds=2000)
+    assert (found.status, found.success) == (cs.results.Status.TIME_LIMIT, False)
     assert found.message == "the exponents are of the part within the time limit"
     assert 500 < found.time / run.parameters.period < 2000
     assert found.values[:2] == pytest.approx([-0.05, -0.05], abs=1e-4)
-    none = cs.lyapunov_exponents(run, max_seconds=0.5)
-    assert (none.status, none.time) == (cs.Status.TIME_LIMIT, 0.0)
+    none = cs.orbits.lyapunov_exponents(run, max_seconds=0.5)
+    assert (none.status, none.time) == (cs.results.Status.TIME_LIMIT, 0.0)
     assert np.isnan(none.values).all()
 
 
@@ -158,14 +160,14 @@ def test_a_derivative_is_not_given_where_there_is_no_time(monkeypatch: pytest.Mo
     run = cs.simulate(cs.Parameters(alpha=0.005), periods=10**9)
     clock = iter(range(10**6))
     monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
-    assert np.isnan(cs.jacobian(run, max_seconds=2000)).all()
+    assert np.isnan(cs.orbits.jacobian(run, max_seconds=2000)).all()
     short = cs.simulate(cs.Parameters(), periods=2)
-    assert np.array_equal(cs.jacobian(short, max_seconds=2000), cs.jacobian(short))
+    assert np.array_equal(cs.orbits.jacobian(short, max_seconds=2000), cs.orbits.jacobian(short))
 
 
 def test_exponents_of_a_long_rest_do_not_underflow() -> None:
     run = cs.simulate(cs.Parameters(alpha=0.005), periods=3000)
-    assert cs.lyapunov_exponents(run).values[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)
+    assert cs.orbits.lyapunov_exponents(run).values[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)
 
 
 @pytest.mark.parametrize("zeta", [0.3, 1.0, 2.5, 10.0, 1e4])
@@ -173,7 +175,7 @@ def test_exponents_of_a_strongly_damped_rest_sum_to_its_contraction(zeta: float)
     run = cs.simulate(cs.Parameters(0.5, delta=1e6, zeta=zeta, f_b=1e6), periods=300)
     largest = -1 / (zeta + math.sqrt(zeta**2 - 1)) if zeta > 1 else -zeta
     for transient in (0, 20):  # within the only segment
-        values = cs.lyapunov_exponents(run, transient).values
+        values = cs.orbits.lyapunov_exponents(run, transient).values
         assert values[:2].sum() == pytest.approx(-2 * zeta, rel=1e-13)
         assert values[0] == pytest.approx(largest, abs=6e-3)
         assert values[2] == -math.inf
@@ -185,7 +187,7 @@ def test_exponents_of_a_strongly_damped_drift_are_its_rates() -> None:
     assert len(run.segments) == 1
     sigma, root = 88.0, math.sqrt(88.0**2 - 11)
     expected = [0.0, -11 / (sigma + root), -sigma - root]
-    values = cs.lyapunov_exponents(run).values
+    values = cs.orbits.lyapunov_exponents(run).values
     assert values.sum() == pytest.approx(-2 * sigma, rel=1e-13)
     assert values == pytest.approx(expected, rel=3e-4, abs=1e-3)  # one over the run's length
 
@@ -201,17 +203,17 @@ def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
             cosine = math.cos(flow.angle + flow.c.omega * flow.h)
             before = field(flow.c, flow.end, cosine)[2]
             contraction *= field(following.c, flow.end, cosine)[2] / before
-    assert np.linalg.det(cs.monodromy_matrix(orbit)) == pytest.approx(contraction, rel=1e-12)
+    assert np.linalg.det(cs.orbits.monodromy_matrix(orbit)) == pytest.approx(contraction, rel=1e-12)
 
 
 def test_without_saltation_the_monodromy_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     orbit = settled(alpha=1.9).refined()
-    right = cs.monodromy_matrix(orbit)
+    right = cs.orbits.monodromy_matrix(orbit)
     monkeypatch.setattr(stability, "saltation_matrix", lambda *_: np.eye(3))
-    assert np.max(abs(cs.monodromy_matrix(orbit) - right)) > 0.01
+    assert np.max(abs(cs.orbits.monodromy_matrix(orbit) - right)) > 0.01
 
 
 def test_transient_longer_than_the_run_is_refused() -> None:
     for transient in (3, 10):
         with pytest.raises(cs.InvalidInput, match="transient"):
-            cs.lyapunov_exponents(cs.simulate(cs.Parameters(), periods=3), transient)
+            cs.orbits.lyapunov_exponents(cs.simulate(cs.Parameters(), periods=3), transient)

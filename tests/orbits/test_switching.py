@@ -20,12 +20,12 @@ from tests.orbits.branches import hysteretic, settled, upwards
 
 
 @lru_cache
-def light() -> cs.Branch:
+def light() -> cs.results.Branch:
     """A lightly damped branch with one period doubling."""
     return cs.continue_orbit(settled(alpha=0.03, zeta=0.005), "alpha", 0.3, points=20)
 
 
-def difference(orbit: cs.Orbit) -> float:
+def difference(orbit: cs.results.Orbit) -> float:
     """Distance of the states at the start of two excitation periods."""
     run, period = orbit.trajectory(), orbit.parameters.period
     begin = float(run.origin[0].phase)
@@ -57,8 +57,8 @@ def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
 @pytest.mark.long
 def test_a_doubled_branch_says_where_it_arrives() -> None:
     first = hysteretic()
-    (one,) = cs.period_doubling_cascade(first, 1, points=20)
-    assert (one.origin, one.status) == ("PD1", cs.Ending.PERIOD_HALVED)
+    (one,) = cs.orbits.period_doubling_cascade(first, 1, points=20)
+    assert (one.origin, one.status) == ("PD1", cs.results.Ending.PERIOD_HALVED)
     assert one.message.endswith("PD2 of the first branch")
     end, known = one.bifurcations[-1], first.at("PD2")
     assert end.type == PERIOD_DOUBLING
@@ -87,7 +87,7 @@ def test_every_border_collision_is_left_to_the_words_on_its_sides() -> None:
     for one in branch.bifurcations:
         for side, itinerary in ((-1e-3, one.itinerary_before), (1e-3, one.itinerary_after)):
             (found,) = cs.continue_from(branch, one.label, one.value + side, points=1)
-            assert found.status is cs.Ending.REACHED
+            assert found.status is cs.results.Ending.REACHED
             assert str(found.points[0].orbit.itinerary) == str(itinerary), (one.label, side)
 
 
@@ -140,7 +140,7 @@ def test_another_parameter_can_be_gone_on_in(file: Path) -> None:
 
 
 def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> None:
-    (doubled,) = cs.period_doubling_cascade(light(), 1, points=20)
+    (doubled,) = cs.orbits.period_doubling_cascade(light(), 1, points=20)
     path = tmp_path / "branch.json"
     path.write_text(dumps(branch_record(light(), [doubled])))
     known = doubled.bifurcations[0]
@@ -158,8 +158,8 @@ def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> 
 
 def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(continuing, "_doubled", lambda *_: None)
-    (lost,) = cs.period_doubling_cascade(light(), 1)
-    assert (lost.origin, lost.status, lost.points) == ("PD1", cs.Ending.NOT_CONVERGED, ())
+    (lost,) = cs.orbits.period_doubling_cascade(light(), 1)
+    assert (lost.origin, lost.status, lost.points) == ("PD1", cs.results.Ending.NOT_CONVERGED, ())
     assert lost.message == "no doubled orbit is found beside PD1"
     assert json.loads(dumps(branch_record(light(), [lost])))["switched"][0]["points"] == []
 
@@ -167,7 +167,7 @@ def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.Monke
 def test_a_branch_in_the_stiffness_leaves_where_there_is_none() -> None:
     without = cs.continue_orbit(settled(alpha=0.5, beta=0.0), "alpha", 0.6, points=4)
     (found,) = cs.continue_from(without, "EP2", 0.5, parameter="beta", points=4)
-    assert found.status is cs.Ending.REACHED
+    assert found.status is cs.results.Ending.REACHED
     assert same(found.points[-1].orbit, settled(alpha=0.6, beta=0.5))
     slipping = cs.continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
     with pytest.raises(cs.InvalidInput, match="label = 'AS1': must be EP1 or EP2 if beta varies"):

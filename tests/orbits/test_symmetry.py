@@ -11,11 +11,13 @@ from scipy.linalg import sqrtm
 from scipy.optimize import fsolve
 
 import capsule_sym as cs
+from capsule_sym import orbits
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.families.family import Family
 from capsule_sym._orbits.continuation.points import extended, kinds
 from capsule_sym._orbits.continuation.points.extended import EventSolution, ExtendedSystem
 from capsule_sym._orbits.shooting.equations import ShootingSystem, shooting
+from capsule_sym.results import Branch, Ending, Itinerary, Orbit
 from tests.orbits.branches import settled
 from tests.orbits.test_identity import twice
 
@@ -25,7 +27,7 @@ SCENARIO = [kinds.ADDING, kinds.GRAZING, kinds.CROSSING, kinds.CROSSING, kinds.C
 
 
 @lru_cache
-def over_alpha(begin: float, end: float, **parameters: float) -> cs.Branch:
+def over_alpha(begin: float, end: float, **parameters: float) -> Branch:
     return cs.continue_orbit(settled(alpha=begin, **parameters), "alpha", end)
 
 
@@ -45,19 +47,19 @@ def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
     stick, sliding = (settled(alpha=alpha, delta=5.0) for alpha in (0.3, 0.6))
     assert len(stick.itinerary) == 1
     assert sliding.itinerary.cyclic.fields == (2, 1, 2, 3)
-    assert cs.mirror_image(stick)
-    assert cs.mirror_image(sliding)
+    assert orbits.mirror_image(stick)
+    assert orbits.mirror_image(sliding)
     # The second spring is on one side only; without stiffness it is on none.
-    assert not cs.mirror_image(settled(alpha=0.6))
-    assert cs.mirror_image(settled(alpha=0.6, beta=0.0))
-    assert not cs.mirror_image(twice(sliding))
+    assert not orbits.mirror_image(settled(alpha=0.6))
+    assert orbits.mirror_image(settled(alpha=0.6, beta=0.0))
+    assert not orbits.mirror_image(twice(sliding))
 
 
 def test_a_first_half_has_the_metrics_and_the_certificate_of_its_orbit() -> None:
     whole = settled(alpha=0.6, delta=5.0)
-    half = cs.half_orbit(whole)
+    half = orbits.half_orbit(whole)
     assert half.itinerary.mirrored
-    assert cs.mirror_image(half)
+    assert orbits.mirror_image(half)
     assert half.progression == half.average_velocity == 0.0
     one, other = cs.performance(half), cs.performance(whole)
     for name in ("work", "friction_loss", "peak_force"):
@@ -69,7 +71,7 @@ def test_a_first_half_has_the_metrics_and_the_certificate_of_its_orbit() -> None
 @pytest.mark.parametrize(("begin", "end"), [(0.1, 2.0), (2.0, 0.1)])
 def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: float) -> None:
     branch = over_alpha(begin, end, delta=1.2)
-    assert branch.status is cs.Ending.REACHED
+    assert branch.status is Ending.REACHED
     found = sorted(branch.bifurcations, key=lambda one: one.value)
     assert [one.type for one in found] == SCENARIO
     assert [one.symmetry for one in found] == ["kept", "broken", "", "", ""]
@@ -91,7 +93,7 @@ def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: 
 def test_what_never_sticks_is_reached_and_left() -> None:
     up, down = over_alpha(0.5, 1.5, delta=5.0), over_alpha(1.5, 0.5, delta=5.0)
     for branch in (up, down):
-        assert branch.status is cs.Ending.REACHED
+        assert branch.status is Ending.REACHED
         assert [one.type for one in branch.bifurcations] == [kinds.CROSSING]
     one, other = up.bifurcations[0], down.bifurcations[0]
     assert (str(one.itinerary_before), str(one.itinerary_after)) == ("F2 F1 F2 F3", "F1 F3")
@@ -138,7 +140,7 @@ def never_sticking() -> float:
 
 def test_a_spring_without_stiffness_does_not_matter() -> None:
     branch, far = over_alpha(0.1, 1.5, beta=0.0), over_alpha(0.1, 1.5, delta=50.0)
-    assert branch.status is far.status is cs.Ending.REACHED
+    assert branch.status is far.status is Ending.REACHED
     assert [one.type for one in branch.bifurcations] == [kinds.ADDING, kinds.CROSSING]
     for one, other in zip(branch.bifurcations, far.bifurcations, strict=True):
         assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
@@ -152,7 +154,7 @@ def test_a_curve_of_pairs_is_the_closed_form() -> None:
     one = over_alpha(0.1, 2.0, delta=1.2).bifurcations[0]
     for second, ends in (("gamma", (1.0, 5.0)), ("zeta", (0.01, 0.3)), ("omega", (0.5, 1.5))):
         curve = cs.continue_bifurcation(one, second, ((0.05, 2.0), ends), points=8)
-        assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
+        assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
         for point in curve.points:
             values = dict(zip(curve.parameters, point.values, strict=True))
             base = {"omega": one.orbit.parameters.omega, "zeta": one.orbit.parameters.zeta}
@@ -164,7 +166,7 @@ def test_a_curve_goes_on_in_pairs_where_the_spring_is_no_longer_touched() -> Non
     branch = over_alpha(0.1, 2.0, delta=1.2)
     one = next(one for one in branch.bifurcations if one.type == kinds.CROSSING)
     curve = cs.continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
-    assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
     assert [m.types for m in curve.codimension_two] == [(kinds.CROSSING, kinds.GRAZING)]
     alpha, delta = curve.codimension_two[0].values
     assert alpha == pytest.approx(never_sticking(), abs=1e-12)
@@ -189,7 +191,7 @@ def test_it_does_so_however_durations_are_rounded(seed, monkeypatch) -> None:
     one = next(one for one in branch.bifurcations if one.type == kinds.CROSSING)
     monkeypatch.setattr(extended, "shooting", rounded)
     curve = cs.continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
-    assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
 
 
 def test_a_zero_of_rounding_beside_a_point_is_no_other_point(monkeypatch) -> None:
@@ -201,7 +203,7 @@ def test_a_zero_of_rounding_beside_a_point_is_no_other_point(monkeypatch) -> Non
     found: list[EventSolution | None] = []
 
     def ended(
-        family: Family, orbit: cs.Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
+        family: Family, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
     ) -> EventSolution | None:
         if orbit.itinerary.fields != (1, 4, 1, 2, 3, 2) or segments != (3, 5):
             return solved(family, orbit, names, segments)
@@ -218,20 +220,20 @@ def test_a_zero_of_rounding_beside_a_point_is_no_other_point(monkeypatch) -> Non
     monkeypatch.setattr(Family, "solved", ended)
     curve = cs.continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
     assert found[0] is not None
-    assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
     assert [m.types for m in curve.codimension_two] == [(kinds.CROSSING, kinds.GRAZING)]
 
 
 def test_half_a_motion_has_the_equations_of_the_whole() -> None:
     for orbit in (settled(alpha=a, delta=5.0) for a in (0.3, 0.6, 1.5)):
-        half = cs.half_orbit(orbit)
+        half = orbits.half_orbit(orbit)
         assert half is not None
-        again = cs.whole_orbit(half)
+        again = orbits.whole_orbit(half)
         assert str(half.itinerary) == str(again.itinerary) == str(orbit.itinerary)
         assert again.residual < 1e-13
         assert again.z == pytest.approx(orbit.z, abs=1e-12)
-        assert np.sort(abs(cs.floquet_multipliers(half))) == pytest.approx(
-            np.sort(abs(cs.floquet_multipliers(orbit)))
+        assert np.sort(abs(orbits.floquet_multipliers(half))) == pytest.approx(
+            np.sort(abs(orbits.floquet_multipliers(orbit)))
         )
         # Its derivatives are those of finite differences.
         with backend("numpy") as numbers:
@@ -244,16 +246,16 @@ def test_half_a_motion_has_the_equations_of_the_whole() -> None:
                 ]
                 slope = (ends[0].residual - ends[1].residual) / 2e-6
                 assert half.system.by_z[:, k] == pytest.approx(slope, abs=1e-7)
-    assert cs.half_orbit(settled(alpha=0.6)) is None
+    assert orbits.half_orbit(settled(alpha=0.6)) is None
 
 
 def test_a_half_word_ends_in_the_image_of_its_first_field() -> None:
-    itinerary = cs.Itinerary.of((1, 2), mirrored=True)
-    assert itinerary.whole == cs.Itinerary.of((1, 2, 3, 2))
-    assert itinerary.rotated(1).whole == cs.Itinerary.of((2, 3, 2, 1))
+    itinerary = Itinerary.of((1, 2), mirrored=True)
+    assert itinerary.whole == Itinerary.of((1, 2, 3, 2))
+    assert itinerary.rotated(1).whole == Itinerary.of((2, 3, 2, 1))
     assert [itinerary.neighbour(i) for i in (-1, 0, 1, 2)] == [2, 1, 2, 3]
-    assert cs.Itinerary.of((1,), mirrored=True).whole == cs.Itinerary.of((1, 3))
-    assert cs.Itinerary.of((2,), mirrored=True).whole == cs.Itinerary.of((2,))
+    assert Itinerary.of((1,), mirrored=True).whole == Itinerary.of((1, 3))
+    assert Itinerary.of((2,), mirrored=True).whole == Itinerary.of((2,))
 
 
 def test_no_multiplier_of_a_motion_without_contact_exceeds_one() -> None:
@@ -264,5 +266,5 @@ def test_no_multiplier_of_a_motion_without_contact_exceeds_one() -> None:
         orbit = settled(alpha=alpha, omega=omega, zeta=zeta, gamma=gamma, delta=50.0)
         energy = np.array([[1, 0, 0], [0, 1, 1], [0, 1, 1 + gamma]])
         root = sqrtm(energy)
-        carried = root @ cs.monodromy_matrix(orbit) @ np.linalg.inv(root)
+        carried = root @ orbits.monodromy_matrix(orbit) @ np.linalg.inv(root)
         assert np.linalg.norm(carried, 2) <= 1 + 1e-12

@@ -12,18 +12,18 @@ pytest.importorskip("xarray")
 
 
 @pytest.fixture(scope="module")
-def orbit() -> cs.Orbit:
+def orbit() -> cs.results.Orbit:
     found = cs.solve_orbit(cs.Parameters(alpha=0.93))
     assert found.success, found.message
     return found
 
 
 @pytest.fixture(scope="module")
-def branch(orbit: cs.Orbit) -> cs.Branch:
+def branch(orbit: cs.results.Orbit) -> cs.results.Branch:
     return cs.continue_orbit(orbit, "alpha", 0.945, points=4)
 
 
-def test_an_orbit_is_a_row_a_segment(orbit: cs.Orbit) -> None:
+def test_an_orbit_is_a_row_a_segment(orbit: cs.results.Orbit) -> None:
     frame, dataset = orbit.to_dataframe(), orbit.to_xarray()
     assert tuple(frame["field"]) == orbit.motion.itinerary
     np.testing.assert_array_equal(frame["duration"], [float(h) for h in orbit.durations])
@@ -31,23 +31,23 @@ def test_an_orbit_is_a_row_a_segment(orbit: cs.Orbit) -> None:
     assert dataset.attrs["status"] == "converged"
 
 
-def test_a_branch_is_a_row_a_point(branch: cs.Branch) -> None:
+def test_a_branch_is_a_row_a_point(branch: cs.results.Branch) -> None:
     frame, dataset = branch.to_dataframe(), branch.to_xarray()
     assert len(frame) == dataset.sizes["point"] == len(branch.points) > 1
     for (_, row), point in zip(frame.iterrows(), branch.points, strict=True):
         assert row["alpha"] == point.value == point.orbit.parameters.alpha
         assert row["itinerary"] == str(point.orbit.itinerary)
         assert (row["x_r"], row["v_r"], row["v_c"]) == tuple(map(float, point.orbit.z[:3]))
-        largest = float(np.abs(cs.floquet_multipliers(point.orbit)).max())
+        largest = float(np.abs(cs.orbits.floquet_multipliers(point.orbit)).max())
         assert row["largest_multiplier"] == pytest.approx(largest, rel=1e-6)
     assert dataset["alpha"].attrs == {"long_name": "excitation amplitude", "units": "dimensionless"}
     assert dataset.attrs["status"] == branch.status
 
 
-def test_a_curve_is_a_row_a_point(branch: cs.Branch) -> None:
+def test_a_curve_is_a_row_a_point(branch: cs.results.Branch) -> None:
     first = branch.bifurcations[0]
     curve = cs.continue_bifurcation(first, "gamma", ((0.9, 0.96), (3.29, 3.31)), points=2)
-    assert isinstance(curve, cs.Curve)
+    assert isinstance(curve, cs.results.Curve)
     frame, dataset = curve.to_dataframe(), curve.to_xarray()
     assert len(frame) == dataset.sizes["point"] == len(curve.points) > 1
     for (_, row), point in zip(frame.iterrows(), curve.points, strict=True):
@@ -56,7 +56,9 @@ def test_a_curve_is_a_row_a_point(branch: cs.Branch) -> None:
     assert dataset.attrs["type"] == curve.type
 
 
-def test_a_notebook_shows_the_first_rows(orbit: cs.Orbit, branch: cs.Branch) -> None:
+def test_a_notebook_shows_the_first_rows(
+    orbit: cs.results.Orbit, branch: cs.results.Branch
+) -> None:
     run = cs.simulate(orbit.parameters, periods=20)
     curve = cs.continue_bifurcation(branch.bifurcations[0], "gamma", ((0.9, 1.0), (3.29, 3.3)))
     for result in (orbit, branch, run, curve):
@@ -82,8 +84,8 @@ def test_a_notebook_says_why_there_is_no_orbit() -> None:
     assert none._repr_html_() == f"<p>{escape(repr(none))}</p>"
 
 
-def test_a_branch_without_points_is_an_empty_table(branch: cs.Branch) -> None:
-    empty = cs.Branch(branch.axis, (), (), branch.status, "")
+def test_a_branch_without_points_is_an_empty_table(branch: cs.results.Branch) -> None:
+    empty = cs.results.Branch(branch.axis, (), (), branch.status, "")
     assert len(empty.to_dataframe()) == empty.to_xarray().sizes["point"] == 0
 
 

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from capsule_sym import Trajectory, scenes, simulate
+from capsule_sym import results, scenes, simulate
 from capsule_sym._native import core_of
 from tests.scenes import SCENES, Form, Integrator, Run, Start, random_starts
 
@@ -27,14 +27,14 @@ def form(request: pytest.FixtureRequest) -> Form:
     return SCENES[request.param]
 
 
-def runs(form: Form, starts: list[Start], periods: int) -> list[Trajectory]:
+def runs(form: Form, starts: list[Start], periods: int) -> list[results.Trajectory]:
     (name,) = (name for name, known in SCENES.items() if known == form)
     of = scenes.load(name).Parameters
     return [simulate(of(**s.parameters), s.state, s.phase, periods) for s in starts]
 
 
 @pytest.fixture(scope="module")
-def judged(form: Form, judge: Integrator) -> list[tuple[Start, Trajectory, Run]]:
+def judged(form: Form, judge: Integrator) -> list[tuple[Start, results.Trajectory, Run]]:
     """Runs that the integrator decides."""
     starts = random_starts(form, 30, 5)
     made, expected = runs(form, starts, PERIODS), judge.runs(form, starts, PERIODS)

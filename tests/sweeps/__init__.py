@@ -7,8 +7,8 @@ import signal
 from pathlib import Path
 from typing import Any
 
-from capsule_sym import Axis, Sweep
 from capsule_sym._sweeps.cells import Block, compute
+from capsule_sym.inputs import Axis, Sweep
 
 
 def chart(rows: int = 12, columns: int = 10, **settings: Any) -> Sweep:

@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import Axis, InvalidInput, Parameters, Sweep, open_results, run_basin, simulate
+from capsule_sym import InvalidInput, Parameters, run_basin, simulate
 from capsule_sym._native import check_time, present
 from capsule_sym._sweeps.itineraries import NotSolved, code, orbit_at_end
+from capsule_sym.inputs import Axis, Sweep
+from capsule_sym.results import open_results
 
 # Two motions coexist here, of one and of two excitation periods.
 TWO = Parameters(1.139284451807824, 1.2060847203112472, 0.01003369298122625, 0.05188929819462264,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capsule_sym import Axis, Outcome, Parameters, Performances, SteadyMotion, Sweep, simulate
+from capsule_sym import Parameters, simulate, solve_orbit
 from capsule_sym._attractors import neighbourhoods
 from capsule_sym._native import core
 from capsule_sym._parameters import CAPSULE, scene
@@ -14,6 +14,9 @@ from capsule_sym._sweeps.cells import compute
 from capsule_sym._sweeps.itineraries import code
 from capsule_sym._sweeps.quantities import VARIABLES, CellOutcome
 from capsule_sym.generated.interface import OrbitStatus
+from capsule_sym.inputs import Axis, Sweep
+from capsule_sym.orbits import floquet_multipliers
+from capsule_sym.results import Outcome, Performances, SteadyMotion
 from tests.sweeps import chart
 
 RANGES = {"alpha": (0.0, 3.0), "omega": (0.3, 3.0), "delta": (0.0, 1.0)}
@@ -139,8 +142,6 @@ def test_only_what_is_asked_for_is_there() -> None:
 
 
 def test_multipliers_and_exponents_are_those_of_the_closed_orbit() -> None:
-    from capsule_sym import floquet_multipliers, solve_orbit
-
     sweep = Sweep((Axis.of("alpha", [0.7, 1.2]),), compute=("multipliers", "lyapunov"))
     block = compute(sweep)
     for i, alpha in enumerate((0.7, 1.2)):

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym import open_results
 from capsule_sym._cli import main
+from capsule_sym.results import open_results
 
 FILE = """
 periods = 40
@@ -112,7 +112,6 @@ def test_a_check_tells_what_is_damaged(file, tmp_path, capsys) -> None:
         (["sweep", "FILE", "--out", "new", "--check"], "--check needs --info"),
         (["sweep", "FILE", "--info", "STORE"], "FILE.toml and --info exclude each other"),
         (["sweep", "--info", "STORE", "--resume"], "--resume and --info exclude each other"),
-        (["sweep-info", "STORE"], "sweep-info has moved: capsule-sym sweep --info"),
         (["basin", "--out", "new"], "give a range of starts"),
         (["sweep", "--out", "new"], "give a range"),
         (["sweep", "--out", "new", "--alpha", "0.1:2"], "is not LOW:HIGH:COUNT"),

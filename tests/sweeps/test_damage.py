@@ -16,19 +16,12 @@ from typing import Any
 import pytest
 import xarray as xr
 
-from capsule_sym import (
-    Axis,
-    CapsuleError,
-    InvalidInput,
-    Parameters,
-    Sweep,
-    open_results,
-    run_basin,
-    run_sweep,
-)
+from capsule_sym import CapsuleError, InvalidInput, Parameters, run_basin, run_sweep
 from capsule_sym._cli import main
 from capsule_sym._sweeps.files import move, place, sealed
 from capsule_sym._sweeps.results import info_record
+from capsule_sym.inputs import Axis, Sweep
+from capsule_sym.results import open_results
 from tests.sampling import sampled, some
 from tests.sweeps import chart, contents
 

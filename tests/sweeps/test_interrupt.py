@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from capsule_sym import Axis, Sweep, run_sweep
+from capsule_sym import inputs, run_sweep
 from capsule_sym._native import Watch, core
 from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import Abandoned, Block, compute
@@ -23,7 +23,7 @@ from capsule_sym._sweeps.execution import Lost, _submitting
 from capsule_sym._sweeps.store import Store
 from tests.sweeps import chart
 
-DAYS = Sweep((Axis.linear("alpha", 0.5, 2.0, 16),), periods=10**10, chunk=(4,))
+DAYS = inputs.Sweep((inputs.Axis.linear("alpha", 0.5, 2.0, 16),), periods=10**10, chunk=(4,))
 FILE = """
 periods = 10_000_000_000
 chunk = [4]

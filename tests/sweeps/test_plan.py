@@ -14,8 +14,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from capsule_sym import Axis, InvalidInput, Parameters, Sweep, load_sweep, read_plan
+from capsule_sym import InvalidInput, Parameters
 from capsule_sym._sweeps.quantities import TAKEN
+from capsule_sym.inputs import Axis, Sweep, load_sweep, read_plan
 from tests.sampling import many, sampled
 
 GOOD = {"alpha": [0.5, 0.7]}

@@ -20,7 +20,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from capsule_sym import Axis, CapsuleError, InvalidInput, Sweep, open_results, run_basin, run_sweep
+from capsule_sym import CapsuleError, InvalidInput, inputs, run_basin, run_sweep
 from capsule_sym._native import check_time, live, present
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym._sweeps import cells as cells_module
@@ -31,6 +31,7 @@ from capsule_sym._sweeps.execution import Lost
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import NotWritten, opened
+from capsule_sym.results import open_results
 from tests.sweeps import chart, contents
 
 ROOT = Path(__file__).parents[2]
@@ -79,7 +80,7 @@ class Here(Executor):
     keys: ClassVar[set[bytes]] = set()
 
     def __init__(self, stop_after: int = 10**9, fails: tuple[int, ...] = ()) -> None:
-        self.parts: list[Sweep] = []
+        self.parts: list[inputs.Sweep] = []
         self.stop_after, self.fails = stop_after, fails
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -164,7 +165,7 @@ def test_what_is_no_sweep_or_cannot_run_is_refused(run: Callable[..., Any], tmp_
             run(given, store)
     bad: list[tuple[str, Any]] = [("max_seconds", one) for one in (0.0, -1.0, math.nan, "1")]
     bad += [("workers", 0), ("workers", 1.5), ("executor", "fibres"), ("executor", "threads")]
-    sweep = Sweep((Axis.of("x_r", [0.0]),)) if run is run_basin else SWEEP
+    sweep = inputs.Sweep((inputs.Axis.of("x_r", [0.0]),)) if run is run_basin else SWEEP
     for name, value in bad:
         with pytest.raises(InvalidInput, match=f"^{name} = "):
             run(sweep, store, **{name: value})
@@ -175,7 +176,7 @@ def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> No
     summary = run_sweep(SWEEP, tmp_path / "store", command="capsule-sym sweep")
     assert (summary.cells, summary.computed, summary.damaged) == (120, 120, 0)
     with open_results(tmp_path / "store") as results:
-        direct = compute(Sweep(SWEEP.axes, periods=40, compute=SWEEP.compute))
+        direct = compute(inputs.Sweep(SWEEP.axes, periods=40, compute=SWEEP.compute))
         for name, column in direct.columns.items():
             assert results[name].dims[:2] == ("alpha", "gamma")
             np.testing.assert_array_equal(results[name].values.reshape(column.shape), column)
@@ -195,8 +196,8 @@ def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> No
 
 
 def test_a_random_design_has_its_points_as_coordinates(tmp_path: Path) -> None:
-    axis = Axis.sobol({"alpha": (0.1, 2.0), "gamma": (1.0, 5.0)}, 8, seed=1)
-    run_sweep(Sweep((axis,), periods=10, compute=("final",)), tmp_path / "store")
+    axis = inputs.Axis.sobol({"alpha": (0.1, 2.0), "gamma": (1.0, 5.0)}, 8, seed=1)
+    run_sweep(inputs.Sweep((axis,), periods=10, compute=("final",)), tmp_path / "store")
     with open_results(tmp_path / "store") as results:
         assert results["final"].dims == ("sample", "component")
         np.testing.assert_array_equal(results["alpha"], axis.values[:, 0])
@@ -339,7 +340,7 @@ def test_no_more_chunks_are_under_way_than_workers(tmp_path, monkeypatch) -> Non
     lock, unwritten, most = threading.Lock(), 0, 0
     publish = store_module.Store.publish
 
-    def started(part: Sweep) -> Any:
+    def started(part: inputs.Sweep) -> Any:
         nonlocal unwritten, most
         with lock:
             unwritten += 1
@@ -373,7 +374,7 @@ def test_chunks_that_cannot_be_computed_are_named_after_all_others_or_three(
 
 
 def test_the_record_of_a_chunk_holds_its_words_and_reasons(tmp_path, monkeypatch) -> None:
-    def failing(part: Sweep) -> Any:
+    def failing(part: inputs.Sweep) -> Any:
         return compute(part)._replace(reasons={"3": "no luck"})
 
     monkeypatch.setattr(run_module, "compute", failing)

@@ -5,21 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Axis,
-    InvalidInput,
-    Sweep,
-    load_sweep,
-    open_results,
-    read_plan,
-    run_basin,
-    run_sweep,
-    scenes,
-    simulate_many,
-    solve_orbit,
-)
+from capsule_sym import InvalidInput, run_basin, run_sweep, scenes, simulate_many, solve_orbit
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.results import Held
+from capsule_sym.inputs import Axis, Sweep, load_sweep, read_plan
+from capsule_sym.results import open_results
 
 SLOPE = scenes.slope
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule_sym import Axis, InvalidInput, Parameters, Sweep, load_sweep
+from capsule_sym import InvalidInput, Parameters
+from capsule_sym.inputs import Axis, Sweep, load_sweep
 from tests.sweeps import chart
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from capsule_sym import Parameters, Status, simulate
+from capsule_sym import Parameters, results, simulate
 from capsule_sym._map import reference
 from capsule_sym._map.transitions import select_field
 from capsule_sym._symbolic.model.switching import local_maps
@@ -45,7 +45,7 @@ def _visited(count: int, seed: int) -> tuple[int, set[tuple[str, int, str]]]:
         for scenario in range(3):
             parameters, state, phase = _random_case(rng, scenario)
             run = simulate(parameters, state, phase, periods=6, max_segments=400)
-            assert run.status is not Status.UNDECIDED, (parameters, state, phase)
+            assert run.status is not results.Status.UNDECIDED, (parameters, state, phase)
             segments += len(run.segments)
             visited |= {
                 (s.target, s.field, s.source) for s in run.segments if s.source and s.target

@@ -18,7 +18,8 @@ from benchmarks.experiments.kept import Record, kept
 from benchmarks.experiments.optima import brute
 from benchmarks.experiments.optima.motions import settled
 from benchmarks.experiments.optima.problems import Problem, problem
-from capsule_sym import Optimum, optimise, simulate_many
+from capsule_sym import optimise, simulate_many
+from capsule_sym.results import Optimum
 
 HERE = Path(__file__).parent
 WORSE, SEEDS_APART = 1e-6, 1e-9

@@ -17,7 +17,8 @@ from benchmarks.experiments.kept import Record, kept
 from benchmarks.experiments.optima.brute import AT_ONCE, cells
 from benchmarks.experiments.optima.motions import Vector
 from benchmarks.experiments.optima.problems import Problem, problem, valued
-from capsule_sym import Parameters, SceneParameters, pareto, scenes
+from capsule_sym import Parameters, pareto, scenes
+from capsule_sym.inputs import SceneParameters
 
 WORSE = 1e-6
 PAIRS = (

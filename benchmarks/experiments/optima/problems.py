@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.experiments.optima.motions import Motions, Vector, settled
-from capsule_sym import Parameters, SceneParameters
+from capsule_sym import Parameters
+from capsule_sym.inputs import SceneParameters
 
 RANGES = {
     "alpha": (0.2, 3.0),

@@ -17,7 +17,8 @@ from benchmarks.experiments.curves import (
     judge_bifurcation,
     judge_curve,
 )
-from capsule_sym import Bifurcation, continue_bifurcation, continue_orbit, scenes, solve_orbit
+from capsule_sym import continue_bifurcation, continue_orbit, scenes, solve_orbit
+from capsule_sym.results import Bifurcation
 from tests.scenes import Integrator
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")

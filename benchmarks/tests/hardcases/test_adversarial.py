@@ -17,9 +17,10 @@ from benchmarks.hardcases.adversarial import CHUNK, Tally, chunk, compare, run
 from benchmarks.hardcases.lanes import LaneSwitch
 from benchmarks.hardcases.reference import Start
 from benchmarks.hardcases.starts import KINDS, RandomStart, random_start
-from capsule_sym import Parameters, Segment, Trajectory
+from capsule_sym import Parameters
 from capsule_sym._map.backend import Backend
 from capsule_sym._native import core
+from capsule_sym.results import Segment, Trajectory
 
 
 def test_a_small_run_agrees_with_50_digits() -> None:

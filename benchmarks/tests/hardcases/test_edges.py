@@ -18,7 +18,8 @@ import pytest
 
 from benchmarks.hardcases.reference import Start
 from benchmarks.hardcases.starts import RandomStart, random_start
-from capsule_sym import Outcome, Parameters, simulate
+from capsule_sym import Parameters, simulate
+from capsule_sym.results import Outcome
 from tests.native import built
 from tests.native.mutants import KILLED
 

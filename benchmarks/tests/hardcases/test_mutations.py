@@ -11,8 +11,9 @@ from mpmath import findroot
 from benchmarks.hardcases.cases import cases, flow_from
 from benchmarks.hardcases.reference import Start, check
 from benchmarks.tests.hardcases.mutations import MUTATIONS
-from capsule_sym import Outcome, Parameters, Trajectory, simulate
+from capsule_sym import Parameters, simulate
 from capsule_sym._map.backend import backend
+from capsule_sym.results import Outcome, Trajectory
 
 CASES = {case.name: case for case in cases()}
 

@@ -10,10 +10,11 @@ import pytest
 from mpmath import mp, mpf
 
 from benchmarks.hardcases.cases import cases, flow_from
-from capsule_sym import InvalidInput, Outcome, Parameters, Status, simulate
+from capsule_sym import InvalidInput, Parameters, simulate
 from capsule_sym._map import location
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._native import core, watch
+from capsule_sym.results import Outcome, Status
 from tests.sampling import many, sampled
 
 FREE = Parameters(alpha=0.0, zeta=0.0, omega=1.0)

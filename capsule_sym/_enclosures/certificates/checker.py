@@ -368,7 +368,7 @@ def check_certificate(given: Any) -> None:
     >>> cs.check_certificate(certificate)
     >>> try:
     ...     cs.check_certificate(certificate | {"stable": False})
-    ... except cs.Rejected as error:
+    ... except cs.results.Rejected as error:
     ...     print(error)
     stability
     """

@@ -263,7 +263,7 @@ def parameter_path(
     Examples
     --------
     >>> import capsule_sym as cs
-    >>> path = cs.parameter_path("omega", {"alpha": "0.9*(omega/0.8)**2"})
+    >>> path = cs.inputs.parameter_path("omega", {"alpha": "0.9*(omega/0.8)**2"})
     >>> print(path)
     <ParameterPath: omega; alpha = 0.9*(omega/0.8)**2>
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
@@ -329,13 +329,14 @@ def device_path(device: SceneDevice, name: str) -> dict[str, str]:
     >>> device = cs.PhysicalParameters(
     ...     M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=3.0, Omega=8.0, mu=0.2
     ... )
-    >>> cs.device_path(device, "Omega")
+    >>> cs.inputs.device_path(device, "Omega")
     {'omega': '0.1*Omega'}
 
     A branch over the amplitude of the drive, in N:
 
     >>> orbit = cs.solve_orbit(device.dimensionless())
-    >>> branch = cs.continue_orbit(orbit, "P_d", 3.2, points=4, ties=cs.device_path(device, "P_d"))
+    >>> ties = cs.inputs.device_path(device, "P_d")
+    >>> branch = cs.continue_orbit(orbit, "P_d", 3.2, points=4, ties=ties)
     >>> print(round(branch.points[0].value, 9), round(branch.points[-1].value, 9))
     3.0 3.2
     """

@@ -143,13 +143,13 @@ class ContinuationSettings:
     Examples
     --------
     >>> import capsule_sym as cs
-    >>> fine = cs.ContinuationSettings(largest_step=0.05, least_cosine=0.99)
+    >>> fine = cs.inputs.ContinuationSettings(largest_step=0.05, least_cosine=0.99)
     >>> print(fine)
     ContinuationSettings(largest_step=0.05, least_cosine=0.99)
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
     >>> usual, many = (
     ...     cs.continue_orbit(orbit, "alpha", 0.92, points=4, settings=one)
-    ...     for one in (cs.ContinuationSettings(), fine)
+    ...     for one in (cs.inputs.ContinuationSettings(), fine)
     ... )
     >>> print(many.status, len(many.points) > len(usual.points))
     reached True

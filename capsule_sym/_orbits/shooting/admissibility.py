@@ -210,7 +210,7 @@ def tightest(orbit: Orbit) -> Inequality:
     --------
     >>> import capsule_sym as cs
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
-    >>> least = cs.tightest(orbit)
+    >>> least = cs.orbits.tightest(orbit)
     >>> print(least.named(orbit.itinerary), f"{least.value:.6f}")
     minimum of lower in segment 4, F2 0.030337
     """
@@ -275,10 +275,10 @@ def is_admissible(orbit: Orbit) -> bool:
     --------
     >>> import capsule_sym as cs
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
-    >>> cs.is_admissible(orbit)
+    >>> cs.orbits.is_admissible(orbit)
     True
-    >>> far = cs.solve_itinerary(cs.Parameters(alpha=2.0), orbit.itinerary, orbit.z)
-    >>> far.success, cs.is_admissible(far)
+    >>> far = cs.orbits.solve_itinerary(cs.Parameters(alpha=2.0), orbit.itinerary, orbit.z)
+    >>> far.success, cs.orbits.is_admissible(far)
     (True, False)
     """
     scene, fields = orbit.scene, tuple(segment.field for segment in rerun(orbit).segments)

@@ -347,13 +347,14 @@ def solve_itinerary(
     --------
     >>> import capsule_sym as cs
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
-    >>> other = cs.solve_itinerary(cs.Parameters(alpha=0.85), orbit.itinerary, orbit.z)
+    >>> other = cs.orbits.solve_itinerary(cs.Parameters(alpha=0.85), orbit.itinerary, orbit.z)
     >>> print(other.status, f"{other.progression:.6f}", other.residual < 1e-13)
     converged 0.699852 True
 
     An itinerary without switches needs no guess:
 
-    >>> print(cs.solve_itinerary(cs.Parameters(alpha=0.005), cs.Itinerary.parse("F2")).itinerary)
+    >>> stick = cs.results.Itinerary.parse("F2")
+    >>> print(cs.orbits.solve_itinerary(cs.Parameters(alpha=0.005), stick).itinerary)
     F2
     """
     given: Iterable[Number]

@@ -248,9 +248,9 @@ def solve_admissible(
     --------
     >>> import capsule_sym as cs
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
-    >>> cs.solve_admissible(cs.Parameters(alpha=0.85), orbit.itinerary, orbit.z).success
+    >>> cs.orbits.solve_admissible(cs.Parameters(alpha=0.85), orbit.itinerary, orbit.z).success
     True
-    >>> far = cs.solve_admissible(cs.Parameters(alpha=2.0), orbit.itinerary, orbit.z)
+    >>> far = cs.orbits.solve_admissible(cs.Parameters(alpha=2.0), orbit.itinerary, orbit.z)
     >>> print(far.status, "-", far.message)
     not-admissible - minimum of lower in segment 4, F2 is -0.637; it has to be above 0
     """
@@ -555,9 +555,9 @@ def orbit_at(
     >>> import capsule_sym as cs
     >>> parameters = cs.Parameters(alpha=0.9)
     >>> state = cs.simulate(parameters, periods=50, keep="final").final[1]
-    >>> print(cs.orbit_at(parameters, state, 1).itinerary)
+    >>> print(cs.orbits.orbit_at(parameters, state, 1).itinerary)
     F5 F4 F1 F2
-    >>> print(cs.orbit_at(parameters, (0.0, 0.0, 0.0), 1))
+    >>> print(cs.orbits.orbit_at(parameters, (0.0, 0.0, 0.0), 1))
     None
     """
     return _read_off(simulate(parameters, state, periods=period_number), period_number)

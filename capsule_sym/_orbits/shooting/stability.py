@@ -97,7 +97,7 @@ def saltation_matrix(before: Constants, after: Constants, state: Vector, cosine:
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
     >>> landing, stick = orbit.system.flows[2:]  # the capsule stops at the end of F1
     >>> cosine = math.cos(landing.angle + 0.8 * landing.h)  # omega is 0.8
-    >>> abs(cs.saltation_matrix(landing.c, stick.c, landing.end, cosine)).tolist()
+    >>> abs(cs.orbits.saltation_matrix(landing.c, stick.c, landing.end, cosine)).tolist()
     [[1.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 0.0, 0.0]]
     """
     if len(state) != 3:
@@ -143,7 +143,7 @@ def monodromy_matrix(orbit: OrbitLike) -> Matrix:
     --------
     >>> import capsule_sym as cs
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
-    >>> for row in cs.monodromy_matrix(orbit):
+    >>> for row in cs.orbits.monodromy_matrix(orbit):
     ...     print(" ".join(f"{value:9.6f}" for value in row))
     -0.569805 -0.228763  0.000000
      0.477978 -0.435885  0.000000
@@ -179,7 +179,7 @@ def floquet_multipliers(orbit: OrbitLike) -> NDArray[np.complex128]:
     --------
     >>> import capsule_sym as cs
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
-    >>> abs(cs.floquet_multipliers(orbit)).round(6).tolist()
+    >>> abs(cs.orbits.floquet_multipliers(orbit)).round(6).tolist()
     [0.598091, 0.598091, 0.0]
     """
     flows = orbit.system.flows
@@ -242,7 +242,7 @@ def jacobian(trajectory: Trajectory, *, max_seconds: float = math.inf) -> NDArra
     --------
     >>> import capsule_sym as cs
     >>> run = cs.simulate(cs.Parameters(alpha=1.2), (0.1, 0.0, 0.5), periods=1)
-    >>> for row in cs.jacobian(run):
+    >>> for row in cs.orbits.jacobian(run):
     ...     print(" ".join(f"{value:9.6f}" for value in row))
      0.400054 -0.162556 -0.057553
      1.313807  0.220278  0.848364
@@ -324,7 +324,7 @@ def lyapunov_exponents(
     >>> import math
     >>> import capsule_sym as cs
     >>> parameters = cs.Parameters(alpha=0.9)
-    >>> found = cs.lyapunov_exponents(cs.simulate(parameters, periods=50), transient=10)
+    >>> found = cs.orbits.lyapunov_exponents(cs.simulate(parameters, periods=50), transient=10)
     >>> found.values.round(3).tolist()
     [-0.065, -0.068, -inf]
     >>> largest = abs(cs.solve_orbit(parameters).multipliers[0])

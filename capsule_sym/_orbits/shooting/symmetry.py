@@ -87,9 +87,10 @@ def mirror_image(orbit: Orbit) -> bool:
     Examples
     --------
     >>> import capsule_sym as cs
-    >>> cs.mirror_image(cs.solve_orbit(cs.Parameters(alpha=1.2, delta=10.0)))  # without contact
+    >>> free = cs.Parameters(alpha=1.2, delta=10.0)  # without contact
+    >>> cs.orbits.mirror_image(cs.solve_orbit(free))
     True
-    >>> cs.mirror_image(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> cs.orbits.mirror_image(cs.solve_orbit(cs.Parameters(alpha=0.9)))
     False
     """
     orbit = whole_orbit(orbit)
@@ -123,7 +124,7 @@ def whole_orbit(orbit: Orbit) -> Orbit:
     --------
     >>> import capsule_sym as cs
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=1.2, delta=10.0))
-    >>> whole = cs.whole_orbit(cs.half_orbit(orbit))
+    >>> whole = cs.orbits.whole_orbit(cs.orbits.half_orbit(orbit))
     >>> print(whole.itinerary, abs(whole.z - orbit.z).max() < 1e-12)
     F1 F3 True
     """
@@ -169,10 +170,10 @@ def half_orbit(orbit: Orbit) -> Orbit | None:
     --------
     >>> import capsule_sym as cs
     >>> orbit = cs.solve_orbit(cs.Parameters(alpha=1.2, delta=10.0))  # without contact
-    >>> half = cs.half_orbit(orbit)
+    >>> half = cs.orbits.half_orbit(orbit)
     >>> orbit.durations.round(6).tolist(), half.durations.round(6).tolist()
     ([3.926991, 3.926991], [3.926991])
-    >>> print(cs.half_orbit(cs.solve_orbit(cs.Parameters(alpha=0.9))))
+    >>> print(cs.orbits.half_orbit(cs.solve_orbit(cs.Parameters(alpha=0.9))))
     None
     """
     plain = _without_contact(orbit)

@@ -4,7 +4,8 @@ from runpy import run_path
 
 from matplotlib.figure import Figure
 
-from capsule_sym import Parameters, check_switches, figure_style
+from capsule_sym import Parameters, check_switches
+from capsule_sym.figures import figure_style
 
 
 @figure_style("column")

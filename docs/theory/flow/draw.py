@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from capsule_sym import Parameters, figure_style, simulate
+from capsule_sym import Parameters, simulate
+from capsule_sym.figures import figure_style
 
 
 @figure_style()

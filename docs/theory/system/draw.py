@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from capsule_sym import Parameters, figure_style, solve_orbit
+from capsule_sym import Parameters, solve_orbit
+from capsule_sym.figures import figure_style
 
 SURFACES = {
     "S1": (-0.6, 3.2),

@@ -26,7 +26,7 @@ const float = (value: number): string => {
 /** Code that gives what is shown: the periodic motion, or the end of a run that came to none. */
 export function asPython(state: State, periodic: boolean): string {
   if (state.view !== "motion")
-    return `import tomllib\n\nfrom capsule_sym import open_results, read_plan, run_sweep\n\nplan = tomllib.loads('''\n${asFile(state)}''')\nrun_sweep(read_plan(plan), "sweep")\nresults = open_results("sweep")\nprint(results)\n`;
+    return `import tomllib\n\nfrom capsule_sym import inputs, results, run_sweep\n\nplan = tomllib.loads('''\n${asFile(state)}''')\nrun_sweep(inputs.read_plan(plan), "sweep")\ncells = results.open_results("sweep")\nprint(cells)\n`;
   const p = parameters(state);
   const device = state.units === "device";
   const given = device

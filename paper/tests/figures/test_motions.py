@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters, orbit_from_record, simulate
+from capsule_sym import Parameters, simulate
 from capsule_sym._figures.arcs import cycle
+from capsule_sym.results import orbit_from_record
 from paper.figures.events import plot_events
 from paper.figures.motions import plot_fig6, plot_fig7
 from paper.study.events import CROSSINGS, SLIDINGS, exact, nearest

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import Orbit, Parameters, solve_orbit
+from capsule_sym import Parameters, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, precision, symmetric
 from capsule_sym._enclosures.orbits.events import Proved
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._enclosures.passage.guards import Signs
+from capsule_sym.results import Orbit
 from paper.proofs import branches, steady
 from paper.proofs.branches import Box, glue, march
 from paper.proofs.case import EXACT

@@ -10,8 +10,9 @@ import pytest
 from flint import arb, arb_mat, ctx
 from mpmath import mp, mpc, mpf
 
-from capsule_sym import Parameters, floquet_multipliers, solve_orbit
+from capsule_sym import Parameters, solve_orbit
 from capsule_sym._enclosures.certificates import checker
+from capsule_sym.orbits import floquet_multipliers
 from paper.tests.proofs.tampering.kind import TWO_PI, rounded
 from paper.tests.proofs.tampering.numbers import KINDS
 from tests.enclosures.certified import bifurcations, orbit, rejected, run

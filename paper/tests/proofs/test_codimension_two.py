@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from capsule_sym import Curve, continue_bifurcation
+from capsule_sym import continue_bifurcation
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, precision
 from capsule_sym._enclosures.orbits.krawczyk import Tube
+from capsule_sym.results import Curve
 from paper.proofs import codimension_two
 from paper.proofs.case import EXACT
 from paper.proofs.codimension_two import (

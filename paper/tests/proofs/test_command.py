@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym import Rejected, check_certificate
+from capsule_sym import check_certificate
 from capsule_sym._cli import _status
 from capsule_sym._files import write_whole
 from capsule_sym._native import present
+from capsule_sym.results import Rejected
 from paper.__main__ import group
 from paper.commands import enclose as enclosing
 from paper.proofs import section4, subdivision

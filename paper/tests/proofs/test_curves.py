@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters, solve_itinerary, solve_orbit
+from capsule_sym import Parameters, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, floats, matrix, precision
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.orbits.events import beyond
 from capsule_sym._enclosures.orbits.krawczyk import Tube, newton
 from capsule_sym._enclosures.passage.guards import Signs
 from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym.orbits import solve_itinerary
 from paper.proofs import curve_patches, curve_sides, patch_orbits, patches
 from paper.proofs.case import ALPHA, GAMMA
 from paper.proofs.curve_sides import WithoutSegment, WithSegment

@@ -15,17 +15,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym import (
-    Itinerary,
-    Parameters,
-    certify_orbit,
-    lyapunov_exponents,
-    simulate,
-    simulate_many,
-    solve_itinerary,
-)
+from capsule_sym import Parameters, certify_orbit, simulate, simulate_many
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, matrix, precision, unit
 from capsule_sym._enclosures.numbers.fields import Field
+from capsule_sym.orbits import lyapunov_exponents, solve_itinerary
+from capsule_sym.results import Itinerary
 from paper.__main__ import group
 from paper.proofs import horseshoe
 from paper.proofs import horseshoe_checker as checker

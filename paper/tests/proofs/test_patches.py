@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters, solve_itinerary, solve_orbit
+from capsule_sym import Parameters, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._enclosures.passage.guards import Signs
 from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym.orbits import solve_itinerary
 from paper.proofs import patch_orbits
 from paper.proofs.case import EXACT
 from paper.proofs.forms import MONOMIALS, Form, polynomial

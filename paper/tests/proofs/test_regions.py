@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from flint import arb_mat
 
-from capsule_sym import InvalidInput, Parameters, solve_itinerary, solve_orbit
+from capsule_sym import InvalidInput, Parameters, solve_orbit
 from capsule_sym._enclosures.numbers.balls import (
     Unproved,
     arb,
@@ -29,6 +29,7 @@ from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._orbits.shooting import changes, itinerary
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym.generated.capsule import facts
+from capsule_sym.orbits import solve_itinerary
 from paper.proofs import forms, patch_orbits, patches
 from paper.proofs.case import ALPHA, EXACT, GAMMA
 from paper.proofs.digest import closure, digest

@@ -8,12 +8,7 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from capsule_sym import (
-    Bifurcation,
-    Orbit,
-    Parameters,
-    solve_orbit,
-)
+from capsule_sym import Parameters, solve_orbit
 from capsule_sym._enclosures.numbers.balls import (
     Unproved,
     arb,
@@ -24,6 +19,7 @@ from capsule_sym._enclosures.orbits.events import Proved
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._enclosures.passage.guards import Signs
 from capsule_sym._symbolic.model.symbols import omega
+from capsule_sym.results import Bifurcation, Orbit
 from paper.claims.resting import GRAZE, resting_orbit
 from paper.proofs.attraction import tendency
 from paper.proofs.branches import glue, march

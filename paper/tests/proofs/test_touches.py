@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from capsule_sym import Parameters, Trajectory, simulate
+from capsule_sym import Parameters, simulate
 from capsule_sym._enclosures.numbers.balls import (
     Matrix,
     Unproved,
@@ -25,6 +25,7 @@ from capsule_sym._enclosures.passage.guards import Line
 from capsule_sym._enclosures.passage.segments import Leg
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym.results import Trajectory
 from paper.proofs import touches, windows
 from paper.proofs.case import EXACT
 from paper.proofs.guesses import steps_of

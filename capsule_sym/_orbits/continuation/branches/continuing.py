@@ -471,7 +471,7 @@ def period_doubling_cascade(
     >>> branch = cs.continue_orbit(orbit, "alpha", 0.05, points=3)
     >>> print([f"{one.label} at {one.value:.6f}" for one in branch.bifurcations])
     ['PD1 at 0.042904']
-    >>> [doubled] = cs.period_doubling_cascade(branch, 1, points=3)
+    >>> [doubled] = cs.orbits.period_doubling_cascade(branch, 1, points=3)
     >>> print(doubled.origin, doubled.status, doubled.points[0].orbit.itinerary.period_number)
     PD1 reached 2
     """

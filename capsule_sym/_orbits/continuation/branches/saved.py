@@ -84,7 +84,7 @@ def labelled_point(
     >>> command = [sys.executable, "-m", "capsule_sym", "branch", "--alpha", "0.9:1"]
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = subprocess.run([*command, "--out", folder], check=True, capture_output=True)
-    ...     path, point = cs.labelled_point(f"{folder}/branch.json", "AS1")
+    ...     path, point = cs.results.labelled_point(f"{folder}/branch.json", "AS1")
     >>> print(path.name, point.type, f"{point.value:.10f}")
     alpha adding-sliding 0.9409980034
     """
@@ -160,12 +160,12 @@ def read_branch(path: Path | str) -> Record:
     >>> command = [sys.executable, "-m", "capsule_sym", "branch", "--alpha", "0.9:1"]
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = subprocess.run([*command, "--out", folder], check=True, capture_output=True)
-    ...     record = cs.read_branch(f"{folder}/branch.json")
+    ...     record = cs.results.read_branch(f"{folder}/branch.json")
     >>> print(record["parameter"], record["status"])
     alpha reached
     >>> print([one["label"] for one in record["bifurcations"]])
     ['AS1']
-    >>> print(cs.orbit_from_record(record["points"][0]).itinerary)
+    >>> print(cs.results.orbit_from_record(record["points"][0]).itinerary)
     F5 F4 F1 F2
     """
     record = read_json(path, _WHAT)
@@ -250,7 +250,7 @@ def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
     >>> record = {"parameters": p.to_dict(), "phase": orbit.z[3] / p.omega}
     >>> record |= {"state": orbit.z[:3], "durations": orbit.durations}
     >>> record |= {"itinerary": orbit.itinerary.names, "period_number": 1}
-    >>> again = cs.orbit_from_record(record)
+    >>> again = cs.results.orbit_from_record(record)
     >>> print(again.status, again.itinerary)
     converged F5 F4 F1 F2
     """

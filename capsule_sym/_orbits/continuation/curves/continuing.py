@@ -200,7 +200,7 @@ def curves_from(
     >>> curve = cs.continue_bifurcation(branch.at("AS1"), "zeta", ranges, points=3)
     >>> print([one.types for one in curve.codimension_two])
     [('adding-sliding', 'period doubling')]
-    >>> [other] = cs.curves_from(curve, ranges, points=3)
+    >>> [other] = cs.orbits.curves_from(curve, ranges, points=3)
     >>> print(other.type, "from", other.origin)
     period doubling from adding-sliding and period doubling
     """

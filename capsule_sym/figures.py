@@ -1,0 +1,5 @@
+"""Pictures of results; `capsule_sym.plot` chooses one."""
+
+from capsule_sym import _attach
+
+__getattr__, __dir__ = _attach(__name__, __loader__, __file__)

@@ -1,0 +1,5 @@
+"""Arguments of functions besides parameters: plans, series, rigs, paths, settings."""
+
+from capsule_sym import _attach
+
+__getattr__, __dir__ = _attach(__name__, __loader__, __file__)

@@ -1,0 +1,5 @@
+"""Classes of results, and what reads results of files."""
+
+from capsule_sym import _attach
+
+__getattr__, __dir__ = _attach(__name__, __loader__, __file__)
