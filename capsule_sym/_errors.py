@@ -85,13 +85,21 @@ _EXTRAS = {
 
 
 class Status(StrEnum):
-    """Status of a run or a search: finished, or the limit that stopped it."""
+    """Status of a result: success, or the reason why it is partial or missing.
+
+    Runs, searches and sweeps are finished or complete, orbits and fits converged, branches and
+    curves reached their target; an optimum is optimal, a shock or a pulse found.
+    """
 
     #: All periods are over, or all starts are searched.
     FINISHED = "finished"
+    #: Every cell of a sweep is computed, periodic or not.
+    COMPLETE = "complete"
+    #: The requested quantities of some cells of a sweep could not be computed.
+    FAILED = "failed"
     #: The largest number of segments is reached.
     SEGMENT_LIMIT = "segment-limit"
-    #: The time limit is reached.
+    #: The time limit is reached: the result is the best so far, if there is one.
     TIME_LIMIT = "time-limit"
     #: Kept data reach the memory limit.
     MEMORY_LIMIT = "memory-limit"
@@ -99,6 +107,69 @@ class Status(StrEnum):
     STALLED = "stalled"
     #: No switch is found or excluded, or no field is certain to be the successor.
     UNDECIDED = "undecided"
+
+    #: The equations are solved to rounding, or the least squares converged to a minimum.
+    CONVERGED = "converged"
+    #: Newton's method, the least squares or an optimisation did not converge; on a branch not even
+    #: at the shortest step.
+    NOT_CONVERGED = "not-converged"
+    #: The Jacobian of the equations is singular, as at a fold or at undamped resonance.
+    SINGULAR = "singular"
+    #: The equations have no finite value at the guess.
+    NOT_FINITE = "not-finite"
+    #: The equations are solved, but the map has another itinerary from there.
+    NOT_ADMISSIBLE = "not-admissible"
+    #: The simulated motion did not settle on a periodic one.
+    NOT_PERIODIC = "not-periodic"
+
+    #: The parameter has reached the target value, or the border of its range.
+    REACHED = "reached"
+    #: The path returned to its start.
+    RETURNED = "returned"
+    #: The parameter returned to its start value, on another orbit.
+    TURNED_BACK = "turned-back"
+    #: The two halves of a period-doubled orbit became equal: a branch of half the period.
+    PERIOD_HALVED = "period-halved"
+    #: The orbit became its own mirror image: a branch of symmetric orbits.
+    SYMMETRIC = "symmetric"
+    #: An inequality of the itinerary fails, and no admissible orbit continues the branch.
+    NO_ADMISSIBLE_ORBIT = "no-admissible-orbit"
+    #: The mean force of drive and load reaches friction: beyond, no motion is periodic.
+    DRAGGED = "dragged"
+    #: The curve ends in a codimension-two point, which is in its list.
+    CODIMENSION_TWO = "codimension-two"
+    #: The largest number of points was reached.
+    TOO_MANY_POINTS = "too-many-points"
+
+    #: The conditions of an optimum hold, in the interior or with active bounds and limits.
+    OPTIMAL = "optimal"
+    #: The best is at a border beyond which the objective is worse or the motion is lost: another
+    #: itinerary, stability, or basin; see `bifurcation` and `limit`.
+    OPTIMAL_AT_BORDER = "optimal-at-border"
+    #: No place within the bounds satisfies all constraints.
+    INFEASIBLE = "infeasible"
+    #: No start leads to a periodic motion.
+    NO_MOTION = "no-motion"
+    #: The metric is constant, such as a speed if the mass does not reach the spring.
+    FLAT = "flat"
+    #: The noise of a column is half its spread or more: the fit does not explain it.
+    UNEXPLAINED = "unexplained"
+    #: An unknown of a fit is at one of its bounds.
+    AT_BOUND = "at-bound"
+    #: The measurements do not determine some combination of the unknowns.
+    NOT_IDENTIFIABLE = "not-identifiable"
+
+    #: A pulse leads from one attractor to the other; or the boundary leads to a periodic edge
+    #: state, and no knock that was tried is smaller.
+    FOUND = "found"
+    #: The boundary has no periodic edge state and may be fractal: the smallest knock tried.
+    SAMPLED = "sampled"
+    #: No knock up to the largest loses the motion.
+    NOT_LOST = "not-lost"
+    #: No pulse within the bounds and the number of periods leads there.
+    NO_PULSE = "no-pulse"
+    #: One of the attractors does not exist at an end of the tolerances.
+    ATTRACTOR_LOST = "attractor-lost"
 
 
 class Outcome(StrEnum):

@@ -7,19 +7,15 @@ from capsule_sym._attractors.branches import Change as Change
 from capsule_sym._attractors.branches import ContinuedAttractors as ContinuedAttractors
 from capsule_sym._attractors.destinations import Arrivals as Arrivals
 from capsule_sym._attractors.pulse import Pulse as Pulse
-from capsule_sym._attractors.pulse import PulseStatus as PulseStatus
 from capsule_sym._attractors.pulse import PulseWindow as PulseWindow
 from capsule_sym._attractors.shock import Shock as Shock
-from capsule_sym._attractors.smallest import ShockStatus as ShockStatus
 from capsule_sym._check.check import SwitchCheck as SwitchCheck
 from capsule_sym._design.fit_result import Fit as Fit
-from capsule_sym._design.fit_result import FitStatus as FitStatus
 from capsule_sym._design.fit_result import FittedRun as FittedRun
 from capsule_sym._design.front import Front as Front
 from capsule_sym._design.front import FrontPart as FrontPart
 from capsule_sym._design.optimum import Constraint as Constraint
 from capsule_sym._design.optimum import Optimum as Optimum
-from capsule_sym._design.optimum import OptimumStatus as OptimumStatus
 from capsule_sym._design.optimum import Tightest as Tightest
 from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._design.tolerances import Probability as Probability
@@ -39,7 +35,6 @@ from capsule_sym._orbits.continuation.branches.saved import labelled_point as la
 from capsule_sym._orbits.continuation.branches.saved import orbit_from_record as orbit_from_record
 from capsule_sym._orbits.continuation.branches.saved import read_branch as read_branch
 from capsule_sym._orbits.continuation.curves.curve import Curve as Curve
-from capsule_sym._orbits.continuation.families.family import Ending as Ending
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation as Bifurcation
 from capsule_sym._orbits.continuation.points.bifurcation import (
     CodimensionTwoPoint as CodimensionTwoPoint,
@@ -53,8 +48,6 @@ from capsule_sym._orbits.shooting.admissibility import Inequality as Inequality
 from capsule_sym._orbits.shooting.itinerary import Itinerary as Itinerary
 from capsule_sym._orbits.shooting.itinerary import ItinerarySegment as ItinerarySegment
 from capsule_sym._orbits.shooting.orbit import Orbit as Orbit
-from capsule_sym._orbits.shooting.orbit import OrbitStatus as OrbitStatus
 from capsule_sym._orbits.shooting.search import FoundOrbits as FoundOrbits
 from capsule_sym._orbits.shooting.stability import LyapunovExponents as LyapunovExponents
-from capsule_sym._sweeps.execution import SweepStatus as SweepStatus
 from capsule_sym._sweeps.results import open_results as open_results

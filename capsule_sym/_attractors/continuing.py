@@ -30,7 +30,6 @@ from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._native import Watch, check_time, present
 from capsule_sym._orbits.continuation.branches.branch import Branch
 from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
-from capsule_sym._orbits.continuation.families.family import Ending
 from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -285,14 +284,14 @@ class _Links:
             branch = self._branch(orbit, float(self.values[i + side]))
             why = f"the branch ends ({branch.status}): {branch.message}"
             lost = loss(branch)
-            if lost is None and branch.status in (Ending.RETURNED, Ending.TURNED_BACK):
+            if lost is None and branch.status in (Status.RETURNED, Status.TURNED_BACK):
                 lost = self._doubling(branch, cell, side)
             if lost is not None:
                 passed = f"{lost.itinerary_before} → {lost.itinerary_after or 'none'}"
                 between = self._between(cell, side)
                 self.ends[side][cell] = Change(lost.value, lost.type, between, lost, passed)
                 return
-            if branch.status is Ending.REACHED:
+            if branch.status is Status.REACHED:
                 states = stroboscopic(branch.points[-1].orbit)
                 (closed,) = self.known.closed(
                     np.array([i + side]), states[:1], np.array([len(states)])

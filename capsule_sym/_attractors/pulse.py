@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.neighbourhoods import stroboscopic
-from capsule_sym._errors import counted
+from capsule_sym._errors import Status, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields, record
@@ -24,19 +23,6 @@ from capsule_sym._systems import System, dimensionless
 
 _BEFORE = 2  # excitation periods shown before the pulse
 Interval = tuple[float, float]
-
-
-class PulseStatus(StrEnum):
-    """Outcome of the search for a pulse."""
-
-    #: A pulse leads from one attractor to the other.
-    FOUND = "found"
-    #: No pulse within the bounds and the number of periods leads there.
-    NO_PULSE = "no-pulse"
-    #: One of the attractors does not exist at an end of the tolerances.
-    ATTRACTOR_LOST = "attractor-lost"
-    #: The time limit was reached: the result is the best so far, if there is one.
-    TIME_LIMIT = "time-limit"
 
 
 class PulseWindow(NamedTuple):
@@ -74,7 +60,7 @@ class Pulse(Result, Labelled):
     """Name of the parameter that the pulse changes."""
     windows: tuple[PulseWindow, ...]
     """All pulses found that lead to the end."""
-    status: PulseStatus
+    status: Status
     """Status of the search."""
     message: str
     """Status as a sentence."""
@@ -93,7 +79,7 @@ class Pulse(Result, Labelled):
     transient: int = 0
     """Excitation periods after the pulse until the motion is within 0.1 % of its end."""
     dimension = "time"
-    _good = (PulseStatus.FOUND,)
+    _good = (Status.FOUND,)
     _recorded = "parameter value periods begins state interval work duration transient"
 
     def __repr__(self) -> str:

@@ -17,9 +17,9 @@ import numpy as np
 from capsule_sym._attractors.boundary import SHARE
 from capsule_sym._attractors.destinations import known_orbits
 from capsule_sym._attractors.neighbourhoods import stroboscopic
-from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWindow, pulsed, unit_of
+from capsule_sym._attractors.pulse import Interval, Pulse, PulseWindow, pulsed, unit_of
 from capsule_sym._attractors.pulse_search import AttractorLost, Case, carried, checked, intervals
-from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
@@ -161,7 +161,7 @@ class _Search:
     windows: list[PulseWindow] = field(default_factory=list)
     found: dict[str, Any] = field(default_factory=dict)
     """Fields of the best pulse so far; at first that in the middle of the widest window."""
-    status: PulseStatus = PulseStatus.TIME_LIMIT
+    status: Status = Status.TIME_LIMIT
     message: str = "time limit reached before the last pulse"
 
     def run(
@@ -174,7 +174,7 @@ class _Search:
                     self.report(f"attractors at end {number} of {len(factors)} of the tolerances")
                 self.cases.append(self.case(one))
         except AttractorLost as lost:
-            self.status, self.message = PulseStatus.ATTRACTOR_LOST, str(lost)
+            self.status, self.message = Status.ATTRACTOR_LOST, str(lost)
             return
         best: tuple[PulseWindow, float] | None = None
         for periods in range(1, most + 1):
@@ -191,11 +191,11 @@ class _Search:
             self.report("the least work")
             best = self.cheapest()
         self.found = self.measured(*best) if best else {}
-        self.status, self.message = PulseStatus.FOUND, "the pulse leads to the other attractor"
+        self.status, self.message = Status.FOUND, "the pulse leads to the other attractor"
         if best is None:
             over = "{} from {:.6g} to {:.6g}".format(self.name, *self.bounds)
             pulses = f"of at most {counted(most, 'period')} with {over}"
-            self.status = PulseStatus.NO_PULSE
+            self.status = Status.NO_PULSE
             self.message = f"no pulse {pulses} leads to the other attractor"
 
     def case(self, factors: Mapping[str, float]) -> Case:

@@ -12,8 +12,8 @@ import numpy as np
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin
-from capsule_sym._attractors.smallest import ACCURACY, KnockSearch, ShockStatus
-from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._attractors.smallest import ACCURACY, KnockSearch
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
 from capsule_sym._map.result import Result, brief, plain, record
@@ -55,13 +55,13 @@ class Shock(Result):
     """Attractor of runs from just beyond; None if they settle on no periodic motion."""
     tried: int
     """Number of knocks tried."""
-    status: ShockStatus
+    status: Status
     """Status of the search."""
     message: str
     """Status as a sentence."""
     accuracy: float = ACCURACY
     """Relative accuracy of the size."""
-    _good = (ShockStatus.FOUND, ShockStatus.SAMPLED, ShockStatus.NOT_LOST)
+    _good = (Status.FOUND, Status.SAMPLED, Status.NOT_LOST)
     _recorded = "size accuracy phase tried"
 
     def __repr__(self) -> str:
@@ -254,11 +254,11 @@ def _units(weights: Sequence[float]) -> Vector:
 def _message(search: KnockSearch, attractor: Orbit | None) -> str:
     """Status of a search, as a sentence."""
     tried = counted(search.tried, "knock")
-    if search.status is ShockStatus.NOT_LOST:
+    if search.status is Status.NOT_LOST:
         return f"none of {tried} up to {search.radius:.6g} loses the motion"
     if search.best is None:
         return "time limit reached before a knock was found that loses the motion"
-    if search.status is ShockStatus.TIME_LIMIT:
+    if search.status is Status.TIME_LIMIT:
         return f"time limit reached: smallest of {tried} so far"
     where = "to another motion" if attractor is not None else "to no periodic motion"
     edge = "has no periodic edge state, and may be fractal"

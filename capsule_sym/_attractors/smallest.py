@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin, bisect
+from capsule_sym._errors import Status
 from capsule_sym._orbits.shooting.orbit import Orbit
 
 ACCURACY = 1e-4
@@ -26,19 +26,6 @@ _GENERATION = 768  # knocks at once, some 0.1 s
 _QUIET = 3 * _GENERATION  # knocks in a row that return, before the best one is polished
 _STILL, _LAST = 12, 8  # generations in a row that end a polish; best knocks of which it learns
 _LARGEST = 4.0  # radius, over the motion's size, up to which knocks are tried by default
-
-
-class ShockStatus(StrEnum):
-    """Status of a minimal shock."""
-
-    #: The boundary leads to a periodic edge state, and no knock that was tried is smaller.
-    FOUND = "found"
-    #: The boundary has no periodic edge state and may be fractal: the smallest knock tried.
-    SAMPLED = "sampled"
-    #: No knock up to the largest loses the motion.
-    NOT_LOST = "not-lost"
-    #: The time limit was reached: the smallest knock so far.
-    TIME_LIMIT = "time-limit"
 
 
 class KnockSearch:
@@ -69,7 +56,7 @@ class KnockSearch:
         self.trail: list[Vector] = []
         """Smallest knocks in the order in which they were found."""
         self.edge: Orbit | None = None
-        self.tried, self.status = 0, ShockStatus.TIME_LIMIT
+        self.tried, self.status = 0, Status.TIME_LIMIT
 
     def run(self) -> None:
         """Grow a sphere until a knock loses the motion, shrink it, and polish the smallest knock.
@@ -81,7 +68,7 @@ class KnockSearch:
             self.report(f"knocks of {self.radius:.3g}")
             self._try(self._all_over(_GENERATION), self.radius)
             if self.best is None and self.radius >= self.largest:
-                self.status = ShockStatus.NOT_LOST
+                self.status = Status.NOT_LOST
                 return
             if self.best is None:
                 self.basin.near = self.near * self.radius
@@ -99,7 +86,7 @@ class KnockSearch:
         ends[0, 1:] *= 1 - 2 * WIDTH
         (time, _), states = self.starts(ends)
         self.edge = self.basin.edge_state(float(time), *states)
-        self.status = ShockStatus.SAMPLED if self.edge is None else ShockStatus.FOUND
+        self.status = Status.SAMPLED if self.edge is None else Status.FOUND
 
     def starts(self, points: Vector) -> tuple[Vector, Vector]:
         """Times within the motion's period, (n,), and states after knocks at them, (n, 3)."""

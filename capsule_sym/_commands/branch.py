@@ -137,7 +137,7 @@ def branch(
     )
     events = [one for branch in found for one in branch.bifurcations]
     present.certificates(certify, events, limit)
-    late = (one for one in found if one.status is capsule_sym.results.Ending.TIME_LIMIT)
+    late = (one for one in found if one.status is capsule_sym.results.Status.TIME_LIMIT)
     ended = next(late, found[0])
     if limit.stopped:
         raise KeyboardInterrupt(_goes_on(ended, out, end))
@@ -191,7 +191,7 @@ def _files(found: Sequence[capsule_sym.results.Branch], device: options.Device) 
 
 def tell_early_end(found: capsule_sym.results.Branch) -> None:
     """Exit with 3, and the reason, if a branch ends before its final value."""
-    if found.status is not capsule_sym.results.Ending.REACHED:
+    if found.status is not capsule_sym.results.Status.REACHED:
         present.fail_early("the branch ends", found)
 
 

@@ -107,7 +107,7 @@ def curve(
         ending, detail = curve.endings[0]
         event = f"{one.type} at {one.parameter} = {one.value:.12g}"
         click.echo(f"no curve of {event} ({ending.value}): {detail}", err=True)
-    limited = capsule_sym.results.Ending.TIME_LIMIT
+    limited = capsule_sym.results.Status.TIME_LIMIT
     late = [one for one in curves if one.status is limited and one.points]
     for ended in late:
         click.echo(
@@ -126,7 +126,7 @@ def _of_kind(
     """Bifurcations of a branch with this label or type; raises InvalidInput for none."""
     chosen = [one for one in found.bifurcations if kind in ("all", one.label) or kind in one.type]
     if not found.bifurcations or (
-        not chosen and found.status is capsule_sym.results.Ending.TIME_LIMIT
+        not chosen and found.status is capsule_sym.results.Status.TIME_LIMIT
     ):
         tell_early_end(found)
     if not chosen:

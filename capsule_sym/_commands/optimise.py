@@ -101,7 +101,7 @@ def optimise(
         else:
             found = front = capsule_sym.pareto(metric, against, over, which, points=points, **how)
             show = partial(show_front, front)
-    if found.status is capsule_sym.results.OptimumStatus.INFEASIBLE:
+    if found.status is capsule_sym.results.Status.INFEASIBLE:
         raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
     present.report(found, "optimum" if against is None else "front", show, out, as_json)
     present.end(found)

@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike
 from capsule_sym._arrays import Vector
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.covariance import Errors, correlation, errors_of
-from capsule_sym._design.fit_result import Fit, FitStatus, FittedRun
+from capsule_sym._design.fit_result import Fit, FittedRun
 from capsule_sym._design.guesses import best_of, drawn, limits_of, spectral
 from capsule_sym._design.least_squares import LOSSES, Least, Loss, least
 from capsule_sym._design.measured import about_trend, measured
 from capsule_sym._design.problem import Misfit
 from capsule_sym._design.quantities import System
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded, period_of
-from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._map import checks
 from capsule_sym._native import Watch, check_time
 from capsule_sym._systems import check_parameter
@@ -166,7 +166,7 @@ def fitted(
     noise = _noise_by_column(problem, best)
     status, message = _status(problem, best, errors, limits, noise)
     if border is None:
-        status, message = FitStatus.TIME_LIMIT, "time limit reached: best values so far"
+        status, message = Status.TIME_LIMIT, "time limit reached: best values so far"
     problem.progress = None
     pairs = zip(problem.recorded, problem.places, strict=True)
     return Fit(
@@ -196,26 +196,26 @@ def _status(
     errors: Errors,
     limits: tuple[Vector, Vector],
     noise: Mapping[str, float],
-) -> tuple[FitStatus, str]:
+) -> tuple[Status, str]:
     """Status of the best least squares, and the status as a sentence."""
-    status, message = FitStatus.NOT_CONVERGED, found.message
+    status, message = Status.NOT_CONVERGED, found.message
     if found.success:
-        status, message = FitStatus.CONVERGED, "the least squares converged"
+        status, message = Status.CONVERGED, "the least squares converged"
     poor = [f"{by:.2g} of the spread of {one}" for one, by in noise.items() if not by < _POOR]
     apart = [name for name, by in problem.named(errors.standard).items() if math.isinf(by)]
     # The least squares stay a little within the bounds.
     room = np.minimum(found.x - limits[0], limits[1] - found.x) / problem.sizes(found.x)
     bound = [name for name, by in problem.named(room).items() if by <= _AT_BOUND]
     if poor:
-        status = FitStatus.UNEXPLAINED if found.success else status
+        status = Status.UNEXPLAINED if found.success else status
         reason = "" if found.success else f" ({found.message})"
         advice = "try starts=64, other guesses, and check units"
         message = f"the noise is {', '.join(poor)}: {advice}{reason}"
     elif errors.lost:
-        status = FitStatus.NOT_IDENTIFIABLE
+        status = Status.NOT_IDENTIFIABLE
         message = f"the measurements do not determine {', '.join(apart)}"
     elif bound:
-        status = FitStatus.AT_BOUND if found.success else status
+        status = Status.AT_BOUND if found.success else status
         message += f", with {', '.join(bound)} at a bound: try wider bounds"
     return status, message
 

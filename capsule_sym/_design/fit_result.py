@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -15,28 +14,11 @@ from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.least_squares import Least, Profile
 from capsule_sym._design.problem import Misfit
 from capsule_sym._design.quantities import System, record, values_of
-from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._map import checks
 from capsule_sym._map.labelled import package
 from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._native import Watch
-
-
-class FitStatus(StrEnum):
-    """Status of a fit: converged, or the reason why not."""
-
-    #: The least squares converged to a minimum.
-    CONVERGED = "converged"
-    #: The least squares did not converge.
-    NOT_CONVERGED = "not-converged"
-    #: The noise of a column is half its spread or more: the fit does not explain it.
-    UNEXPLAINED = "unexplained"
-    #: An unknown is at one of its bounds.
-    AT_BOUND = "at-bound"
-    #: The measurements do not determine some combination of the unknowns.
-    NOT_IDENTIFIABLE = "not-identifiable"
-    #: The time limit was reached: the values are the best that were tried.
-    TIME_LIMIT = "time-limit"
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +57,7 @@ class Fit(Result):
     """Standard errors of the values; infinite for values in `open_combinations`."""
     covariance: Matrix
     """Covariance of the values, shape (k, k)."""
-    status: FitStatus
+    status: Status
     """Status of the fit."""
     message: str
     """Status as a sentence."""
@@ -101,7 +83,7 @@ class Fit(Result):
     """Final state of the least squares."""
     growth: Vector
     """Growth of the sum with one value off by a standard error, the others refitted, (k,)."""
-    _good = (FitStatus.CONVERGED,)
+    _good = (Status.CONVERGED,)
     _recorded = "evaluations values standard_errors covariance"
 
     @property

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._design.optimum import Optimum, OptimumStatus
-from capsule_sym._errors import counted
+from capsule_sym._design.optimum import Optimum
+from capsule_sym._errors import Status, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields
 
@@ -46,12 +46,12 @@ class Front(Result, Labelled):
     """Gain of the first metric per unit of the second, shape (n,); nan if no bound is active."""
     parts: tuple[FrontPart, ...]
     """Parts of the front. Between them no point dominates an end."""
-    status: OptimumStatus
+    status: Status
     """Status of the front."""
     message: str
     """Status as a sentence."""
     dimension = "point"
-    _good = (OptimumStatus.OPTIMAL,)
+    _good = (Status.OPTIMAL,)
     _recorded = "metrics maximised parts statistics"
 
     @property

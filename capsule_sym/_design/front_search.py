@@ -19,12 +19,12 @@ from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.front import Front, FrontPart
 from capsule_sym._design.front_points import SAME, FrontPoint, FrontPoints, active_constraints
 from capsule_sym._design.front_survey import FrontSurvey
-from capsule_sym._design.optimum import Optimum, OptimumStatus, optimum_of
+from capsule_sym._design.optimum import Optimum, optimum_of
 from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Function, Limit
 from capsule_sym._design.search import Optimisation
 from capsule_sym._design.stationary import SOLVED
-from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._processes import sobol
 
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
@@ -247,7 +247,7 @@ class FrontSearch(FrontPoints):
     def has_motions(self, optimum: Optimum) -> bool:
         """True if an optimum has the orbits of all scenarios, and is within the limits."""
         every = len(optimum.orbits) == len(self.program.scenarios)
-        return every and optimum.status is not OptimumStatus.INFEASIBLE
+        return every and optimum.status is not Status.INFEASIBLE
 
     def parts(self, points: Sequence[FrontPoint]) -> tuple[FrontPart, ...]:
         """Parts of a front with these points."""
@@ -278,7 +278,7 @@ class FrontSearch(FrontPoints):
             message=message,
         )
 
-    def _conclusion(self) -> tuple[list[FrontPoint], OptimumStatus, str]:
+    def _conclusion(self) -> tuple[list[FrontPoint], Status, str]:
         """Points to give, their status, and a message."""
         best, least = (one.result for one in self.searches)
         if not self.ends and self.done:
@@ -286,22 +286,22 @@ class FrontSearch(FrontPoints):
             return [], end.status, end.message
         if not self.ends:
             ends = [self.end(best, 0)] if self.has_motions(best) else []
-            return ends, OptimumStatus.TIME_LIMIT, "time limit reached: ends are missing"
+            return ends, Status.TIME_LIMIT, "time limit reached: ends are missing"
         kept = self.thinned
         for point in kept:
             if point.optimum is None:
                 self.polish(point, precise=False)
         if len(kept) == 1:
-            return kept, OptimumStatus.OPTIMAL, "one point is best in both metrics"
+            return kept, Status.OPTIMAL, "one point is best in both metrics"
         found, parts = counted(len(kept), "point"), len(self.parts(kept))
         if not self.done:
             message = f"time limit reached: {found} of {self.count} were found"
-            return kept, OptimumStatus.TIME_LIMIT, message
+            return kept, Status.TIME_LIMIT, message
         if parts > 1:
             found += f" in {parts} parts"
         rough = sum(not one.optimum.success for one in kept if one.optimum is not None)
         lacks = [f"{rough} of them are not proved optima"] if rough else []
         lacks += [f"{self.missed} were not found"] if self.missed else []
         if lacks:
-            return kept, OptimumStatus.NOT_CONVERGED, f"{found}: {' and '.join(lacks)}"
-        return kept, OptimumStatus.OPTIMAL, found
+            return kept, Status.NOT_CONVERGED, f"{found}: {' and '.join(lacks)}"
+        return kept, Status.OPTIMAL, found

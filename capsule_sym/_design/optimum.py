@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from enum import StrEnum
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -14,30 +13,11 @@ from capsule_sym._design.borders import distances
 from capsule_sym._design.polish import BASIN, KINK, LocalOptimum
 from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.quantities import System, of, values_of
+from capsule_sym._errors import Status
 from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import SceneDevice, names_of
 from capsule_sym._units import METRIC_UNITS
-
-
-class OptimumStatus(StrEnum):
-    """Status of an optimisation."""
-
-    #: The conditions of an optimum hold, in the interior or with active bounds and limits.
-    OPTIMAL = "optimal"
-    #: The best is at a border beyond which the objective is worse or the motion is lost: another
-    #: itinerary, stability, or basin; see `bifurcation` and `limit`.
-    OPTIMAL_AT_BORDER = "optimal-at-border"
-    #: The result does not satisfy the conditions of an optimum.
-    NOT_CONVERGED = "not-converged"
-    #: No place within the bounds satisfies all constraints.
-    INFEASIBLE = "infeasible"
-    #: No start leads to a periodic motion.
-    NO_MOTION = "no-motion"
-    #: The metric is constant, such as a speed if the mass does not reach the spring.
-    FLAT = "flat"
-    #: The time limit was reached: the place is the best so far.
-    TIME_LIMIT = "time-limit"
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +75,7 @@ class Optimum(Result):
     """Metric at the optimum, for the worst scenario."""
     metrics: dict[str, float] = field(default_factory=dict)
     """All metrics of the first scenario."""
-    status: OptimumStatus = OptimumStatus.NO_MOTION
+    status: Status = Status.NO_MOTION
     """Status of the optimisation."""
     message: str = ""
     """Status as a sentence."""
@@ -128,7 +108,7 @@ class Optimum(Result):
     """Limit value at such a border; a margin keeps the optimum away from it."""
     statistics: dict[str, int] = field(default_factory=dict)
     """Number of evaluations, followed starts, and cells of the survey."""
-    _good = (OptimumStatus.OPTIMAL, OptimumStatus.OPTIMAL_AT_BORDER)
+    _good = (Status.OPTIMAL, Status.OPTIMAL_AT_BORDER)
     _recorded = (
         "metric maximised value over metrics itinerary residual constraints bounds slopes "
         "multiplier tightest border sides bifurcation limit statistics"
@@ -197,11 +177,11 @@ def optimum_of(best: LocalOptimum) -> Optimum:
     )
 
 
-def _status(best: LocalOptimum) -> tuple[OptimumStatus, str]:
+def _status(best: LocalOptimum) -> tuple[Status, str]:
     """Status of the result, and a sentence."""
     if not best.kkt_satisfied:
         message = "the best place found does not satisfy the conditions of an optimum"
-        return OptimumStatus.NOT_CONVERGED, message
+        return Status.NOT_CONVERGED, message
     limit = f"{best.program.sign * best.program.unit * best.limit:.9g}"
     messages = {
         "": "an optimum on a border: it is worse on each side",
@@ -210,8 +190,8 @@ def _status(best: LocalOptimum) -> tuple[OptimumStatus, str]:
     }
     stability = f"bounded by a border of stability, {best.bifurcation}, with the limit {limit}"
     if best.bifurcation or best.sides:
-        return OptimumStatus.OPTIMAL_AT_BORDER, messages.get(best.bifurcation, stability)
-    return OptimumStatus.OPTIMAL, "the conditions of an optimum hold"
+        return Status.OPTIMAL_AT_BORDER, messages.get(best.bifurcation, stability)
+    return Status.OPTIMAL, "the conditions of an optimum hold"
 
 
 def _tightest(program: Program, place: Place) -> Tightest:

@@ -16,12 +16,13 @@ import numpy as np
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.cells import BEYOND, evaluate
 from capsule_sym._design.local import LocalSearch
-from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, optimum_of
+from capsule_sym._design.optimum import Optimum, failed_limits, optimum_of
 from capsule_sym._design.polish import BASIN, KINK, MARGIN, LocalOptimum, bifurcation_of, polish
 from capsule_sym._design.program import CLOSE, KEPT, STABLE, Place, Program
 from capsule_sym._design.quantities import dimensionless
 from capsule_sym._design.stationary import balanced
 from capsule_sym._design.survey import Survey, evolved
+from capsule_sym._errors import Status
 from capsule_sym._map.drift import mean_force
 from capsule_sym._map.result import record
 from capsule_sym._native import check_time, core_of
@@ -72,7 +73,7 @@ class Optimisation:
         self.survey.run(samples, seed)
         check_time()
         if self.survey.flat:
-            self.found = self.empty(OptimumStatus.FLAT, self.survey.flat)
+            self.found = self.empty(Status.FLAT, self.survey.flat)
             return
         places = list[Place]()
         for generations, starts in _ROUNDS:
@@ -230,7 +231,7 @@ class Optimisation:
             best = replace(best, bifurcation=beyond.bifurcation, limit=beyond.limit)
         found = optimum_of(best)
         force, bound, _ = mean_force(dimensionless(found.system))
-        if found.status is OptimumStatus.OPTIMAL or abs(force) < _DRAGGED * bound:
+        if found.status is Status.OPTIMAL or abs(force) < _DRAGGED * bound:
             return found
         drags = (
             f"the mean force of drive and load, {force:.9g}, nearly reaches friction, {bound:.9g}"
@@ -241,16 +242,16 @@ class Optimisation:
         """Result if no start leads to a motion, or to one on which all limits are defined."""
         numbers = self.survey.cells.numbers
         if (numbers < 0).any(axis=1).all():
-            return self.empty(OptimumStatus.TIME_LIMIT, "no place is known")
+            return self.empty(Status.TIME_LIMIT, "no place is known")
         if not np.any((numbers > 0).all(axis=1)):
-            return self.empty(OptimumStatus.NO_MOTION, "no start leads to a periodic motion")
+            return self.empty(Status.NO_MOTION, "no start leads to a periodic motion")
         failed = " and ".join(self.program.texts)
-        return self.empty(OptimumStatus.INFEASIBLE, _UNSATISFIED + failed)
+        return self.empty(Status.INFEASIBLE, _UNSATISFIED + failed)
 
     def infeasible(self, place: Place) -> Optimum:
         """Result if no place satisfies the constraints, with those that fail at the best place."""
         message = _UNSATISFIED + failed_limits(self.program, place)
-        return replace(self.rough(place), status=OptimumStatus.INFEASIBLE, message=message)
+        return replace(self.rough(place), status=Status.INFEASIBLE, message=message)
 
     def unfinished(self) -> Optimum:
         """Result at the time limit: the best place, or the best one of the survey."""
@@ -266,9 +267,9 @@ class Optimisation:
             found = replace(found, system=system, over=over, value=value)
         else:
             message = "time limit reached, and no place was found"
-        return replace(found, status=OptimumStatus.TIME_LIMIT, message=message)
+        return replace(found, status=Status.TIME_LIMIT, message=message)
 
-    def empty(self, status: OptimumStatus = OptimumStatus.TIME_LIMIT, message: str = "") -> Optimum:
+    def empty(self, status: Status = Status.TIME_LIMIT, message: str = "") -> Optimum:
         """Result without a place."""
         program = self.program
         return Optimum(

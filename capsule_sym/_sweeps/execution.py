@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from concurrent import futures
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from enum import StrEnum
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -17,7 +16,7 @@ from secrets import token_hex
 from time import perf_counter
 from typing import Any
 
-from capsule_sym._errors import CapsuleError, counted
+from capsule_sym._errors import CapsuleError, Status, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.result import brief
 from capsule_sym._native import TimeUp, Watch, check_time, present
@@ -41,17 +40,6 @@ class Lost(CapsuleError):
     """Raised if a chunk cannot be computed. Finished chunks are kept; the store can be resumed."""
 
 
-class SweepStatus(StrEnum):
-    """Status of a sweep that ended."""
-
-    #: Every cell is computed, periodic or not.
-    COMPLETE = "complete"
-    #: The requested quantities of some cells could not be computed.
-    FAILED = "failed"
-    #: The time limit was reached before all cells were computed.
-    TIME_LIMIT = "time-limit"
-
-
 @dataclass(frozen=True)
 class Summary:
     """Summary of a run: all cells, cells computed now, damaged parts found, seconds, workers.
@@ -69,17 +57,17 @@ class Summary:
     finished: bool = True
 
     @property
-    def status(self) -> SweepStatus:
+    def status(self) -> Status:
         """COMPLETE, FAILED if some cell has failed, or TIME_LIMIT if the run did not finish."""
         if not self.finished:
-            return SweepStatus.TIME_LIMIT
+            return Status.TIME_LIMIT
         failed = self.outcomes.get(CellOutcome.FAILED.name.lower(), 0)
-        return SweepStatus.FAILED if failed else SweepStatus.COMPLETE
+        return Status.FAILED if failed else Status.COMPLETE
 
     @property
     def success(self) -> bool:
         """True if all requested quantities of every cell are computed."""
-        return self.status is SweepStatus.COMPLETE
+        return self.status is Status.COMPLETE
 
     @property
     def message(self) -> str:
@@ -153,7 +141,7 @@ def run_sweep(
     -------
     Summary
         Summary of the run, with `success`, `status`, `message`, `outcomes` (number of cells by
-        outcome) and `statistics`. The status is a `SweepStatus`: "complete", "failed" if the
+        outcome) and `statistics`. The status is a `Status`: "complete", "failed" if the
         quantities of some cell could not be computed, or "time-limit". `open_results` reads the
         results.
 

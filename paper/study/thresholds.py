@@ -20,7 +20,7 @@ from capsule_sym._orbits.interface import (
 )
 from capsule_sym._records import table, write
 from capsule_sym.inputs import ParameterPath
-from capsule_sym.results import Bifurcation, CodimensionTwoPoint, Curve, Ending
+from capsule_sym.results import Bifurcation, CodimensionTwoPoint, Curve, Status
 from paper import printed as paper
 from paper.study.casestudy import GAMMAS
 
@@ -79,7 +79,7 @@ def _branch(gamma: float) -> tuple[Bifurcation, ...]:
     if not start.success:
         raise ArithmeticError(start.message)
     branch = continue_orbit(start, "alpha", LAST)
-    if branch.status is not Ending.REACHED:
+    if branch.status is not Status.REACHED:
         raise ArithmeticError(branch.message)
     return branch.bifurcations
 

@@ -16,7 +16,7 @@ from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.work import drive_force, drive_work
 from capsule_sym.figures import plot_pulse
 from capsule_sym.inputs import SceneParameters
-from capsule_sym.results import Orbit, Pulse, PulseStatus
+from capsule_sym.results import Orbit, Pulse, Status
 from tests.design.clock import LIMIT, Clock
 
 # Two motions of about the same speed, backward and forward.
@@ -236,7 +236,7 @@ def test_with_tolerances_the_same_pulse_leads_there_at_all_ends() -> None:
 
 def test_an_attractor_that_tolerances_lose_is_named() -> None:
     found = cs.switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH), tolerances={"alpha": 0.6})
-    assert found.status is PulseStatus.ATTRACTOR_LOST
+    assert found.status is Status.ATTRACTOR_LOST
     assert "alpha by " in found.message
     assert (found.success, found.periods, found.columns["time"].size) == (False, 0, 0)
 
@@ -245,7 +245,7 @@ def test_where_no_pulse_leads_that_is_said() -> None:
     found = cs.switch_by_pulse(
         *motions(LONG, *LONG_STARTS), {"alpha": (0.8, 0.9)}, most_periods=2, values=50
     )
-    assert found.status is PulseStatus.NO_PULSE
+    assert found.status is Status.NO_PULSE
     assert "at most 2 periods with alpha from 0.8 to 0.9" in found.message
     assert math.isnan(found.value)
 

@@ -202,7 +202,7 @@ def test_no_orbit_as_json_has_the_reason(capsys) -> None:
 def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
     from capsule_sym._orbits.shooting.orbit import NoOrbit
 
-    nothing = NoOrbit(capsule_sym.results.OrbitStatus.NOT_PERIODIC, "it wanders", None, (), 0.0)
+    nothing = NoOrbit(capsule_sym.results.Status.NOT_PERIODIC, "it wanders", None, (), 0.0)
     monkeypatch.setattr(capsule_sym, "solve_orbit", lambda *arguments, **_: nothing)
     for arguments in (("orbit",), ("branch", "--alpha", "0.5:1")):
         status, out, err = call(capsys, *arguments)

@@ -25,7 +25,7 @@ from capsule_sym._design.quantities import dimensionless_slopes, values_of, vari
 from capsule_sym._design.residuals import Recorded
 from capsule_sym._parameters import names_of
 from capsule_sym.inputs import read_measured
-from capsule_sym.results import FitStatus
+from capsule_sym.results import Status
 from tests.design.clock import LIMIT, Clock
 from tests.sampling import many, sampled
 
@@ -235,7 +235,7 @@ def test_few_steps_leave_a_fit_short_of_its_minimum() -> None:
     assert fit(series(), guess, ("alpha",), **options).success
     short = fit(series(), guess, ("alpha",), steps=1, **options)
     assert not short.success
-    assert short.status is FitStatus.NOT_CONVERGED
+    assert short.status is Status.NOT_CONVERGED
 
 
 def test_what_measurements_cannot_tell_is_named() -> None:

@@ -13,7 +13,7 @@ from capsule_sym._design.borders import distances
 from capsule_sym._design.evaluation import same_itinerary_at, settle
 from capsule_sym._design.quantities import dimensionless_slopes, of
 from capsule_sym._units import METRIC_UNITS
-from capsule_sym.results import Optimum, OptimumStatus
+from capsule_sym.results import Optimum, Status
 from tests.design.cells import metrics_of
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5), "delta": (0.0, 0.5)}
@@ -39,7 +39,7 @@ def economical() -> Optimum:
 
 def test_the_most_economical_drive_is_the_known_one(economical: Optimum) -> None:
     assert economical.success
-    assert economical.status is OptimumStatus.OPTIMAL
+    assert economical.status is Status.OPTIMAL
     assert economical.residual < 1e-9
     told = {name: round(value, 3) for name, value in economical.over.items()}
     assert told == {"alpha": 0.966, "omega": 0.79, "delta": 0.0}
@@ -108,7 +108,7 @@ def test_an_optimum_on_a_border_is_told_with_both_sides() -> None:
         maximise=False,
         samples=1,
     )
-    assert found.status is OptimumStatus.OPTIMAL_AT_BORDER
+    assert found.status is Status.OPTIMAL_AT_BORDER
     assert found.success
     assert found.residual < 1e-9
     assert found.border is not None
@@ -170,7 +170,7 @@ def lightest(samples: int, **how: Any) -> Optimum:
 @pytest.mark.long
 def test_places_that_keep_a_limit_are_found_where_the_objective_is_far_less_beyond_it() -> None:
     found = lightest(128)  # nothing drifts over most of the bounds, at a small force
-    assert found.status is OptimumStatus.OPTIMAL
+    assert found.status is Status.OPTIMAL
     assert found.value == pytest.approx(LIGHTEST, rel=1e-12)
 
 
@@ -179,7 +179,7 @@ def test_constraints_that_cannot_hold_are_named_with_how_far_they_fail() -> None
         "speed", {"alpha": (0.5, 0.9)}, subject_to=["peak_force <= 0.5", "speed <= 10"], samples=2
     )
     assert not found.success
-    assert found.status is OptimumStatus.INFEASIBLE
+    assert found.status is Status.INFEASIBLE
     assert "peak_force <= 0.5 by " in found.message
     assert "speed" not in found.message
     least = min(

@@ -86,7 +86,7 @@ def test_limits_that_have_no_number_are_named() -> None:
     slow = {"alpha": (0.01, 0.3)}  # the capsule stands still, and goes at no cost
     for limit in ("cost_of_transport <= 1", (lambda m: m["speed"] * float("nan"), "<=", 1.0)):
         found = cs.optimise("speed", slow, subject_to=[limit], samples=16)
-        assert found.status is cs.results.OptimumStatus.INFEASIBLE
+        assert found.status is cs.results.Status.INFEASIBLE
         assert found.message.endswith(" <= 1")
 
 
@@ -126,7 +126,7 @@ def test_units_of_a_metric_or_a_limit_decide_nothing(metric, limits, shift, scal
 
 def test_a_metric_may_be_least_where_it_is_zero() -> None:
     found = cs.optimise("peak_contact", {"alpha": (0.001, 0.5)}, maximise=False, samples=32)
-    assert found.status is cs.results.OptimumStatus.OPTIMAL
+    assert found.status is cs.results.Status.OPTIMAL
     assert found.value == 0.0
 
 
@@ -165,7 +165,7 @@ def closings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 @pytest.mark.skipif(core is None, reason="counts what the core does")
 def test_a_margin_that_cannot_hold_takes_bounded_work(closings) -> None:
     found = cs.optimise("speed", BOUNDS, margin=0.9, samples=1)
-    assert found.status is cs.results.OptimumStatus.INFEASIBLE
+    assert found.status is cs.results.Status.INFEASIBLE
     # During the search differences of multipliers are computed by the core.
     assert closings.count("python") < 50
     assert found.statistics["evaluations"] <= 100 * found.statistics["followed"]

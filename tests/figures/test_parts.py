@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 import capsule_sym as cs
 from capsule_sym.figures import plot_front, plot_pulse, plot_residuals, plot_tolerances
-from capsule_sym.results import Front, FrontPart, Optimum, OptimumStatus
+from capsule_sym.results import Front, FrontPart, Optimum, Status
 from tests.public import PUBLIC
 from tests.sampling import sampled, some
 
@@ -39,13 +39,13 @@ def front_of(
     costs: Sequence[float], values: Sequence[float], statuses: Sequence[str], second: int
 ) -> Front:
     """A front of two parts: points from number `second` on are of the second."""
-    kinds = map(OptimumStatus, statuses)
+    kinds = map(Status, statuses)
     points = [
         Optimum("speed", True, cs.Parameters(), value=value, status=kind)
         for value, kind in zip(values, kinds, strict=True)
     ]
     parts = FrontPart(0, second - 1, "", ""), FrontPart(second, len(costs) - 1, "", "")
-    status, slopes = OptimumStatus.OPTIMAL, np.full(len(costs), np.nan)
+    status, slopes = Status.OPTIMAL, np.full(len(costs), np.nan)
     return Front(("speed", "work"), True, tuple(points), np.array(costs), slopes, parts, status, "")
 
 

@@ -46,9 +46,9 @@ def test_reprs_fit_a_line() -> None:
     near = cs.orbits.solve_itinerary(cs.Parameters(alpha=0.94), orbit.itinerary, list(orbit.z))
     assert near.success, near.message
     branch = cs.continue_orbit(near, "alpha", 0.943, points=2)
-    ends = (cs.results.Ending.REACHED, ""), (cs.results.Ending.REACHED, "")
+    ends = (cs.results.Status.REACHED, ""), (cs.results.Status.REACHED, "")
     curve = cs.results.Curve("grazing", ("alpha", "gamma"), (), (), ends)
-    none = NoOrbit(cs.results.OrbitStatus.SINGULAR, "", orbit.itinerary, orbit.values, 1.0)
+    none = NoOrbit(cs.results.Status.SINGULAR, "", orbit.itinerary, orbit.values, 1.0)
     parts = [run, run.segments[0], run.segments[-1], run.steady(), orbit, orbit.itinerary]
     parts += [orbit.system, orbit.system.flows[0], branch, branch.points[0]]
     parts += [branch.bifurcations[0], none, curve]

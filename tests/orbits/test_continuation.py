@@ -48,7 +48,7 @@ def events(branch: cs.results.Branch) -> list[tuple[str, str, str, str]]:
 @pytest.mark.parametrize("gamma", [3.3, 3.0])
 def test_one_continuation_finds_all_eight_events(gamma: float) -> None:
     branch = upwards(gamma)
-    assert (branch.status, branch.points[-1].value) == (cs.results.Ending.REACHED, HIGH)
+    assert (branch.status, branch.points[-1].value) == (cs.results.Status.REACHED, HIGH)
     assert events(branch) == FIRST_FIVE + LAST_THREE[gamma]
     values = [one.value for one in branch.bifurcations]
     assert values == sorted(values)
@@ -57,7 +57,7 @@ def test_one_continuation_finds_all_eight_events(gamma: float) -> None:
 @pytest.mark.parametrize("gamma", [3.3, pytest.param(3.0, marks=pytest.mark.long)])
 def test_the_way_back_finds_the_same_eight(gamma: float) -> None:
     there, back = upwards(gamma), downwards(gamma)
-    assert back.status is cs.results.Ending.REACHED
+    assert back.status is cs.results.Status.REACHED
     assert back.points[-1].value == pytest.approx(LOW, rel=1e-12)
     turned = [(kind, line, b, a) for kind, line, a, b in events(back)[::-1]]
     assert turned == events(there)
@@ -93,7 +93,7 @@ def test_every_point_is_a_motion_of_the_map() -> None:
 
 def test_a_branch_goes_on_through_folds_where_it_is_unstable() -> None:
     branch = hysteretic()
-    assert branch.status is cs.results.Ending.REACHED
+    assert branch.status is cs.results.Status.REACHED
     folds = [one for one in branch.bifurcations if one.type == kinds.FOLD]
     assert len(folds) == 2
     values = np.array([point.value for point in branch.points])
@@ -134,7 +134,7 @@ def test_a_period_doubling_is_where_the_period_of_the_map_doubles() -> None:
 def test_a_branch_back_at_its_parameter_on_another_orbit_has_not_returned() -> None:
     orbit = settled(alpha=0.3, omega=1.6, delta=0.3, zeta=0.01, beta=30.0)
     branch = cs.continue_orbit(orbit, "omega", 0.7, points=40)
-    assert branch.status is cs.results.Ending.TURNED_BACK
+    assert branch.status is cs.results.Status.TURNED_BACK
     assert branch.points[-1].value == pytest.approx(1.6, rel=1e-12)
     assert text(branch.points[-1].orbit.itinerary) != text(orbit.itinerary)
 
@@ -154,7 +154,7 @@ def test_a_branch_that_passes_close_to_its_begin_has_not_returned(label: str, s:
         parameters, fold.orbit.itinerary, list(fold.orbit.z + s * along)
     )
     branch = cs.continue_orbit(orbit, "omega", fold.value - math.copysign(2e-3, growth), points=2)
-    assert branch.status is cs.results.Ending.TURNED_BACK
+    assert branch.status is cs.results.Status.TURNED_BACK
     assert [one.type for one in branch.bifurcations] == [kinds.FOLD]
     apart = np.linalg.norm(branch.points[-1].orbit.durations - orbit.durations)
     # The change of s by 1e-16 of omega.
@@ -164,7 +164,7 @@ def test_a_branch_that_passes_close_to_its_begin_has_not_returned(label: str, s:
 def test_other_parameters_serve_as_well() -> None:
     for name, to in (("gamma", 3.0), ("f_b", 0.9), ("delta", 0.1), ("zeta", 0.1), ("beta", 3.0)):
         branch = cs.continue_orbit(settled(alpha=1.2), name, to, points=4)
-        assert branch.status is cs.results.Ending.REACHED, (name, branch.message)
+        assert branch.status is cs.results.Status.REACHED, (name, branch.message)
         end = branch.points[-1].orbit
         again = cs.solve_orbit(end.parameters)
         assert again.success, again.message
@@ -193,7 +193,7 @@ def test_other_parameters_serve_as_well() -> None:
 )
 def test_of_two_failures_in_a_step_the_first_counts(parameters, name, to, types) -> None:
     branch = cs.continue_orbit(settled(**parameters), name, to, points=20)
-    assert branch.status is cs.results.Ending.REACHED
+    assert branch.status is cs.results.Status.REACHED
     assert [(one.type, one.line) for one in branch.bifurcations] == types
 
 
@@ -201,7 +201,7 @@ def test_a_period_doubled_branch_ends_at_its_doubling() -> None:
     """Its value is that of the branch of half the period, and the map agrees on both sides."""
     branch = cs.continue_orbit(settled(alpha=0.05, zeta=0.005), "alpha", 0.01, points=20)
     (end,) = branch.bifurcations
-    assert branch.status is cs.results.Ending.PERIOD_HALVED
+    assert branch.status is cs.results.Status.PERIOD_HALVED
     assert "the two halves of F5 F2 F5 F2 become one at alpha = 0.0429036183971" in branch.message
     assert (end.type, end.itinerary_after, end.status) == (kinds.PERIOD_DOUBLING, None, "converged")
     assert end.orbit.itinerary == cs.results.Itinerary.parse("F5 F2")
@@ -220,7 +220,7 @@ def test_without_that_end_a_doubled_branch_returns_to_its_own_orbit(monkeypatch)
     # Begun at the other half, it is the same orbit.
     monkeypatch.setattr(branch_run, "halved", lambda *arguments: None)
     branch = cs.continue_orbit(settled(alpha=0.045, zeta=0.005), "alpha", 0.01, points=20)
-    assert branch.status is cs.results.Ending.RETURNED
+    assert branch.status is cs.results.Status.RETURNED
     first, last = (point.orbit for point in (branch.points[0], branch.points[-1]))
     assert last.durations == pytest.approx(np.roll(first.durations, 2), abs=1e-9)
     assert abs(first.durations[0] - first.durations[2]) > 1e-3
@@ -230,7 +230,7 @@ def test_two_events_that_symmetry_brings_about_at_once_are_passed_in_omega() -> 
     # Without impact the motion is its own mirror image: both edges of stick are touched at once.
     orbit = settled(alpha=1.64431859264762, omega=1.9051752, delta=1.2, beta=0.5)
     branch = cs.continue_orbit(orbit, "omega", 1.55, points=20)
-    assert branch.status is cs.results.Ending.REACHED
+    assert branch.status is cs.results.Status.REACHED
     (one,) = branch.bifurcations
     # There the force of the one spring on a capsule at rest reaches its friction.
     damper = 2j * orbit.parameters.zeta * one.value
@@ -244,7 +244,7 @@ def test_an_orbit_that_its_word_does_not_admit_is_refused() -> None:
     virtual = cs.orbits.solve_itinerary(cs.Parameters(alpha=0.95), start.itinerary, start.z)
     assert virtual.success, virtual.message
     branch = cs.continue_orbit(virtual, "alpha", 1.0)
-    assert branch.status is cs.results.Ending.NO_ADMISSIBLE_ORBIT
+    assert branch.status is cs.results.Status.NO_ADMISSIBLE_ORBIT
     assert branch.points == ()
     assert "minimum of lower in segment 4, F2 fails at alpha = 0.95" in branch.message
 
@@ -253,7 +253,7 @@ def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> Non
     monkeypatch.setattr(branch_run, "is_admissible", lambda orbit: False)
     monkeypatch.setattr(branch_run.BranchRun, "beyond", lambda *arguments: None)
     branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 1.0)
-    assert branch.status is cs.results.Ending.NO_ADMISSIBLE_ORBIT
+    assert branch.status is cs.results.Status.NO_ADMISSIBLE_ORBIT
     assert "the map has another itinerary" in branch.message
     assert branch.bifurcations[-1].itinerary_after is None
 
@@ -263,14 +263,14 @@ def test_newton_that_fails_ends_the_branch(monkeypatch) -> None:
         "capsule_sym._orbits.continuation.families.family.corrected", lambda *arguments: None
     )
     branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 1.0)
-    assert branch.status is cs.results.Ending.NOT_CONVERGED
+    assert branch.status is cs.results.Status.NOT_CONVERGED
     assert "alpha = 0.9" in branch.message
 
 
 def test_too_many_points_end_the_branch() -> None:
     settings = cs.inputs.ContinuationSettings(most_points=5)
     branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 1.0, settings=settings)
-    assert (branch.status, len(branch.points)) == (cs.results.Ending.TOO_MANY_POINTS, 5)
+    assert (branch.status, len(branch.points)) == (cs.results.Status.TOO_MANY_POINTS, 5)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from capsule_sym._orbits.continuation.points.bifurcation import sorted_multiplie
 from capsule_sym._orbits.continuation.points.extended import of_matrix
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_record, curve_rows
 from capsule_sym.inputs import ParameterPath
-from capsule_sym.results import Bifurcation, Curve, Ending
+from capsule_sym.results import Bifurcation, Curve, Status
 from tests.orbits.branches import hysteretic, settled, upwards
 
 RANGES = ((0.001, 2.0), (3.0, 3.3))
@@ -35,7 +35,7 @@ def traced(kind: str, points: int = 8) -> Curve:
 )
 def test_a_curve_joins_the_values_of_two_branches(kind: str) -> None:
     curve = traced(kind)
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [Status.REACHED, Status.REACHED]
     for point, gamma in ((curve.points[0], 3.0), (curve.points[-1], 3.3)):
         one = next(one for one in upwards(gamma).bifurcations if one.type == kind)
         assert point.values == pytest.approx((one.value, gamma), abs=1e-12)
@@ -337,7 +337,7 @@ def test_a_curve_goes_on_where_the_mass_grazes_beside_the_segment_whose_inequali
     )
     (corner, *_) = cs.continue_orbit(start, "f_b", 1.55).bifurcations
     curve = cs.continue_bifurcation(corner, "zeta", ((1.2, 1.9), (0.05, 0.17)), points=10)
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [Status.REACHED, Status.REACHED]
     assert (kinds.GRAZING, kinds.GRAZING) in [one.types for one in curve.codimension_two]
     point = curve.points[-1]
     f_b, zeta = point.values

@@ -90,7 +90,7 @@ def test_a_motion_under_rapid_forcing_is_closed() -> None:
 
 def test_a_branch_goes_on_to_a_large_force() -> None:
     branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=100.0)), "alpha", 1e4)
-    assert branch.status is cs.results.Ending.REACHED, branch.message
+    assert branch.status is cs.results.Status.REACHED, branch.message
     # Far away the gap and the friction count for nothing: the motion grows with the force.
     last, scaled = branch.points[-1].orbit, cs.Parameters(alpha=1.0, delta=2e-6, f_b=1e-4)
     assert last.progression / 1e4 == pytest.approx(cs.solve_orbit(scaled).progression, rel=1e-9)
@@ -99,13 +99,13 @@ def test_a_branch_goes_on_to_a_large_force() -> None:
 @pytest.mark.parametrize(("parameter", "to"), [("alpha", 1e6), ("omega", 1e-3)])
 def test_a_branch_goes_on_far_away(parameter: str, to: float) -> None:
     branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters()), parameter, to)
-    assert branch.status is cs.results.Ending.REACHED, branch.message
+    assert branch.status is cs.results.Status.REACHED, branch.message
 
 
 def test_steps_grow_with_the_period_of_slow_forcing() -> None:
     start = cs.solve_orbit(cs.Parameters())
     branch = cs.continue_orbit(start, "omega", 0.01)
-    assert branch.status is cs.results.Ending.REACHED
+    assert branch.status is cs.results.Status.REACHED
     # Of 0.2 beside durations of hundreds there would be 560.
     assert sum(point.value < 0.05 for point in branch.points) < 300
     assert cs.orbits.is_admissible(branch.points[-1].orbit)

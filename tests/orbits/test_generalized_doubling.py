@@ -10,7 +10,7 @@ from capsule_sym._map.backend import MpmathBackend
 from capsule_sym._map.reference import Run
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym.orbits import curves_from
-from capsule_sym.results import Bifurcation, Branch, Curve, Ending, OrbitStatus
+from capsule_sym.results import Bifurcation, Branch, Curve, Status
 from tests.orbits.branches import settled
 
 pytestmark = pytest.mark.long
@@ -75,8 +75,8 @@ def folds_of_doubled_orbits(away: float) -> Curve:
 def test_folds_of_doubled_orbits_leave_there() -> None:
     """The end of their curve is the fold that the branch of doubled orbits has at that delta."""
     curve = folds_of_doubled_orbits(4e-4)
-    assert (curve.type, curve.endings[0][0]) == (kinds.FOLD, Ending.REACHED)
-    assert curve.endings[1] == (Ending.CODIMENSION_TWO, "the point at which the curve starts")
+    assert (curve.type, curve.endings[0][0]) == (kinds.FOLD, Status.REACHED)
+    assert curve.endings[1] == (Status.CODIMENSION_TWO, "the point at which the curve starts")
     assert curve.codimension_two[0].values == doublings().codimension_two[0].values
     omega, delta = curve.points[0].values
     branch, one = doubling(delta)
@@ -100,7 +100,7 @@ def test_their_folds_are_solved_where_rounding_moves_the_orbits(away: float) -> 
         for bifurcation in new.bifurcations
         if bifurcation.type == kinds.FOLD
     ]
-    assert found == [OrbitStatus.CONVERGED]
+    assert found == [Status.CONVERGED]
 
 
 def test_they_are_tangent_to_the_doublings() -> None:

@@ -42,7 +42,7 @@ def of_period_three(parameters: cs.Parameters) -> int:
 @pytest.mark.long
 def test_motions_of_three_periods_lie_on_an_isola() -> None:
     begin, _, closed = isola()
-    assert (closed.status, closed.success) == (cs.results.Ending.RETURNED, False)
+    assert (closed.status, closed.success) == (cs.results.Status.RETURNED, False)
     assert same(closed.points[0].orbit, begin)
     folds = sorted(one.value for one in closed.bifurcations if one.type == FOLD)
     values = [point.value for point in closed.points]

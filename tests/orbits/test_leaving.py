@@ -56,7 +56,7 @@ def test_both_sliding_curves_leave_a_degenerate_point(kind: str) -> None:
         (expected,) = (b.value for b in upwards(3.0).bifurcations if b.type == name)
         assert values_at(found[name], 3.0) == pytest.approx([expected], abs=1e-11)
     if other == kinds.SWITCHING:
-        assert results.Ending.CODIMENSION_TWO in [ending for ending, _ in found[other].endings]
+        assert results.Status.CODIMENSION_TWO in [ending for ending, _ in found[other].endings]
     else:
         # Beyond the point the slip is no grazing one any more: the branch there has one crossing.
         beyond = continue_orbit(settled(alpha=1.3, gamma=4.4), "alpha", 1.35, points=4)

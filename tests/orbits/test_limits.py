@@ -110,8 +110,8 @@ def test_a_limit_that_is_no_time_is_refused(name: str) -> None:
 def test_a_branch_keeps_the_points_before_its_limit(ticks: None) -> None:
     whole = cs.continue_orbit(orbit(), "alpha", 0.3, points=10)
     part = cs.continue_orbit(orbit(), "alpha", 0.3, points=10, max_seconds=60)
-    assert whole.status is cs.results.Ending.REACHED
-    assert part.status is cs.results.Ending.TIME_LIMIT
+    assert whole.status is cs.results.Status.REACHED
+    assert part.status is cs.results.Status.TIME_LIMIT
     count = len(part.points)
     assert 1 < count < len(whole.points)
     assert [one.value for one in part.points] == [one.value for one in whole.points[:count]]

@@ -17,7 +17,7 @@ def both_ways(parameter: str, ends: Sequence[float], **fixed: float) -> list[res
     orbit, ways = settled(**{parameter: ends[0]}, **fixed), []
     for to in ends[::-1]:
         branch = continue_orbit(orbit, parameter, to, points=2)
-        assert branch.status is results.Ending.REACHED, branch.message
+        assert branch.status is results.Status.REACHED, branch.message
         ways.append(branch.bifurcations)
         orbit = branch.points[-1].orbit
     there, back = ways[0], ways[1][::-1]

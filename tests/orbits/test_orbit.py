@@ -12,7 +12,7 @@ import capsule_sym as cs
 from capsule_sym._orbits.shooting.orbit import _UNSOLVED
 from capsule_sym.generated.interface import Solving
 from capsule_sym.orbits import solve_itinerary
-from capsule_sym.results import Itinerary, Orbit, OrbitStatus
+from capsule_sym.results import Itinerary, Orbit, Status
 from tests.orbits.branches import settled
 
 # One motion of each kind between the bifurcations of the case study; the itineraries are the
@@ -113,7 +113,7 @@ def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
 def test_undamped_resonance_is_singular() -> None:
     found = solve_itinerary(cs.Parameters(alpha=0.1, zeta=0.0, omega=1.0), Itinerary.parse("2"))
     assert not found.success
-    assert found.status is OrbitStatus.SINGULAR
+    assert found.status is Status.SINGULAR
 
 
 def test_word_without_orbit_does_not_converge() -> None:
@@ -128,7 +128,7 @@ def test_guess_that_overflows_is_typed() -> None:
     itinerary = Itinerary.parse("52")
     found = solve_itinerary(cs.Parameters(), itinerary, [1e308, 1e308, 0.0, 0.0, 1.0, 1.0])
     assert not found.success
-    assert found.status is OrbitStatus.NOT_FINITE
+    assert found.status is Status.NOT_FINITE
     assert found.itinerary is itinerary
     assert found.message
 
@@ -156,7 +156,7 @@ def test_guess_may_be_rough() -> None:
 
 def test_what_is_no_orbit_says_so_whatever_is_asked_of_it() -> None:
     none = solve_itinerary(cs.Parameters(alpha=0.003), Itinerary.parse("52"), [np.nan] * 6)
-    assert (none.success, none.status) == (False, OrbitStatus.NOT_FINITE)
+    assert (none.success, none.status) == (False, Status.NOT_FINITE)
     for name in ("z", "system", "progression", "durations"):
         with pytest.raises(AttributeError, match=r"there is no orbit, and so no .*not finite"):
             getattr(none, name)
@@ -167,12 +167,12 @@ def test_what_is_no_orbit_says_so_whatever_is_asked_of_it() -> None:
 
 def test_an_orbit_says_how_it_was_found() -> None:
     orbit = settled(alpha=1.2)
-    assert (orbit.success, orbit.status) == (True, OrbitStatus.CONVERGED)
+    assert (orbit.success, orbit.status) == (True, Status.CONVERGED)
     assert orbit.statistics == {"iterations": orbit.iterations, "residual": orbit.residual}
     moved = dataclasses.replace(
         orbit, system=dataclasses.replace(orbit.system, residual=orbit.system.residual + 1e-3)
     )
-    assert (moved.success, moved.status) == (False, OrbitStatus.NOT_CONVERGED)
+    assert (moved.success, moved.status) == (False, Status.NOT_CONVERGED)
     assert "not small" in moved.message
 
 

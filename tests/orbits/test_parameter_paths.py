@@ -15,7 +15,7 @@ ALPHA = PARAMETERS.index("alpha")
 def test_base_excitation_meets_the_events_of_the_plain_parameter() -> None:
     start = settled(alpha=0.9 * 0.6**2, omega=0.6)
     branch = cs.continue_orbit(start, "omega", 0.72, points=3, ties={"alpha": "0.9*omega**2"})
-    assert branch.status is cs.results.Ending.REACHED
+    assert branch.status is cs.results.Status.REACHED
     for point in branch.points:
         assert point.orbit.values[ALPHA] == pytest.approx(0.9 * point.value**2, rel=1e-14)
     assert branch.bifurcations
@@ -40,7 +40,7 @@ def test_a_device_is_followed_in_newtons() -> None:
         settled(**base.to_dict()), "alpha", 12.0 / device.friction_force, points=2
     )
     assert branch.parameter == "P_d"
-    assert branch.status is cs.results.Ending.REACHED
+    assert branch.status is cs.results.Status.REACHED
     assert [one.label for one in branch.bifurcations] == [one.label for one in plain.bifurcations]
     assert branch.bifurcations
     for one, other in zip(branch.bifurcations, plain.bifurcations, strict=True):

@@ -37,8 +37,8 @@ def test_rotations_end_in_a_resonance() -> None:
     assert point.status == "converged"
     assert max(point.uncertainties) < 1e-12
     assert sorted(ending for ending, _ in curve.endings) == [
-        cs.results.Ending.CODIMENSION_TWO,
-        cs.results.Ending.REACHED,
+        cs.results.Status.CODIMENSION_TWO,
+        cs.results.Status.REACHED,
     ]
     for one in curve.points:
         first, second, _ = one.multipliers
@@ -81,4 +81,4 @@ def test_period_doublings_pass_the_resonance() -> None:
     # Only rotations leave it, on one side.
     (leaving,) = cs.orbits.curves_from(curve, ranges, points=4)
     assert leaving.type == kinds.NEIMARK_SACKER
-    assert cs.results.Ending.CODIMENSION_TWO in [ending for ending, _ in leaving.endings]
+    assert cs.results.Status.CODIMENSION_TWO in [ending for ending, _ in leaving.endings]

@@ -329,7 +329,7 @@ def test_two_branches_of_mirror_images_leave_where_a_symmetry_breaks(judge: Inte
     itself, one, other = cs.continue_from(broken(), "SB1", 1.1, points=10)
     assert [b.origin for b in (itself, one, other)] == ["SB1.1", "SB1.2", "SB1.3"]
     assert orbits.half_orbit(itself.points[-1].orbit) is not None
-    assert [b.status for b in (one, other)] == [results.Ending.REACHED, results.Ending.REACHED]
+    assert [b.status for b in (one, other)] == [results.Status.REACHED, results.Status.REACHED]
     ends = [branch.points[-1].orbit for branch in (one, other)]
     assert ends[0].average_velocity == pytest.approx(-ends[1].average_velocity, abs=1e-12)
     assert abs(ends[0].average_velocity) > 0.01
@@ -353,7 +353,7 @@ def test_a_branch_ends_where_its_orbits_become_their_own_mirror_images() -> None
     (_, one, _) = cs.continue_from(broken(), "SB1", 0.98, points=10)
     (back,) = cs.continue_from(one, "EP2", 0.93, points=10)
     (breaking,) = broken().bifurcations
-    assert back.status is results.Ending.SYMMETRIC
+    assert back.status is results.Status.SYMMETRIC
     assert back.bifurcations[-1].type == "symmetry breaking"
     assert back.bifurcations[-1].value == pytest.approx(breaking.value, abs=1e-11)
 
@@ -531,7 +531,7 @@ def test_where_the_mean_force_exceeds_friction_the_device_is_dragged(
     scene: Scene = getattr(cs.scenes, name)
     begin, beyond = scene.Parameters(**changes), limit * 1.5
     found = cs.continue_orbit(cs.solve_orbit(begin), parameter, beyond, points=10)
-    assert (found.status, found.success) == (results.Ending.DRAGGED, False)
+    assert (found.status, found.success) == (results.Status.DRAGGED, False)
     assert "reaches friction" in found.message
     assert found.bifurcations[-1].value == pytest.approx(limit, rel=1e-12)
     assert len(found.points) < 200

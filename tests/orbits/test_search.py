@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 import capsule_sym as cs
 from capsule_sym.orbits import floquet_multipliers, solve_admissible
-from capsule_sym.results import Itinerary, Orbit, OrbitStatus
+from capsule_sym.results import Itinerary, Orbit, Status
 from tests.finals import final_states, parameter_rows
 
 # Three capsules with more than one attractor, and the period period_numbers of these.
@@ -127,7 +127,7 @@ def test_run_too_short_to_settle_is_typed() -> None:
         cs.Parameters(alpha=2.9, omega=3.0, delta=0.2, zeta=0.0, beta=50.0), periods=8
     )
     assert not found.success
-    assert found.status in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_CONVERGED)
+    assert found.status in (Status.NOT_PERIODIC, Status.NOT_CONVERGED)
     assert found.message
 
 
@@ -141,7 +141,7 @@ def test_word_beyond_its_bifurcation_is_typed_with_the_inequality_that_fails() -
     )
     beyond = solve_admissible(cs.Parameters(alpha=0.4), below.itinerary, list(below.z))
     assert not beyond.success
-    assert beyond.status is OrbitStatus.NOT_ADMISSIBLE
+    assert beyond.status is Status.NOT_ADMISSIBLE
     assert "minimum of upper in segment 1, F5 is -" in beyond.message
     assert beyond.residual < 1e-13
 

@@ -57,7 +57,7 @@ CALLS: dict[str, Callable[..., object]] = {
     ),
     "curves_from": lambda **k: cs.orbits.curves_from(
         cs.results.Curve(
-            GRAZING, ("alpha", "gamma"), (), (), ((cs.results.Ending.REACHED, ""),) * 2
+            GRAZING, ("alpha", "gamma"), (), (), ((cs.results.Status.REACHED, ""),) * 2
         ),
         ((0, 2), (3, 4)),
         **k,
@@ -75,7 +75,7 @@ def test_what_is_no_settings_is_refused_at_the_door(name: str, given: object) ->
 def steps(**settings: float) -> int:
     chosen = cs.inputs.ContinuationSettings(**settings)  # type: ignore[arg-type]
     branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 0.95, points=1, settings=chosen)
-    assert branch.status is cs.results.Ending.REACHED
+    assert branch.status is cs.results.Status.REACHED
     return len(branch.points)
 
 
@@ -107,12 +107,12 @@ def test_settings_reach_all_that_follows() -> None:
     curve = cs.continue_bifurcation(one, "gamma", ((0.001, 2.0), (3.0, 3.3)), settings=two)
     assert len(curve.points) == 3  # two of each half, the first of which they share
     (branch, *_) = cs.continue_from(upwards(3.3), one.label, 2.0, settings=two)
-    assert branch.status is cs.results.Ending.TOO_MANY_POINTS
+    assert branch.status is cs.results.Status.TOO_MANY_POINTS
     cascade = cs.orbits.period_doubling_cascade(hysteretic(), 1, settings=two)
-    assert {found.status for found in cascade} == {cs.results.Ending.TOO_MANY_POINTS}
+    assert {found.status for found in cascade} == {cs.results.Status.TOO_MANY_POINTS}
     # So near to the orbit that doubles the halves are not told apart from rounding.
     near = cs.inputs.ContinuationSettings(doubled_distances=(1e-12,))
     lost = cs.orbits.period_doubling_cascade(hysteretic(), 1, settings=near)
     doublings = [one for one in hysteretic().bifurcations if one.type == PERIOD_DOUBLING]
     assert len(lost) == len(doublings)
-    assert {found.status for found in lost} == {cs.results.Ending.NOT_CONVERGED}
+    assert {found.status for found in lost} == {cs.results.Status.NOT_CONVERGED}

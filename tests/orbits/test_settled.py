@@ -108,7 +108,7 @@ def test_not_found_names_what_was_tried() -> None:
     parameters = cs.Parameters(alpha=0.3, omega=0.8, delta=5.0, zeta=0.0, f_b=10.0)
     found = cs.solve_orbit(parameters, periods=100)
     assert not found.success
-    assert found.status is cs.results.OrbitStatus.NOT_PERIODIC
+    assert found.status is cs.results.Status.NOT_PERIODIC
     assert "the run from (0.0, 0.0, 0.0) at phase 0.0 has not settled within 100" in found.message
     assert "on a motion of at most 16; tried F2 over 1" in found.message
     assert "\n" not in found.message

@@ -58,7 +58,7 @@ def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
 def test_a_doubled_branch_says_where_it_arrives() -> None:
     first = hysteretic()
     (one,) = cs.orbits.period_doubling_cascade(first, 1, points=20)
-    assert (one.origin, one.status) == ("PD1", cs.results.Ending.PERIOD_HALVED)
+    assert (one.origin, one.status) == ("PD1", cs.results.Status.PERIOD_HALVED)
     assert one.message.endswith("PD2 of the first branch")
     end, known = one.bifurcations[-1], first.at("PD2")
     assert end.type == PERIOD_DOUBLING
@@ -87,7 +87,7 @@ def test_every_border_collision_is_left_to_the_words_on_its_sides() -> None:
     for one in branch.bifurcations:
         for side, itinerary in ((-1e-3, one.itinerary_before), (1e-3, one.itinerary_after)):
             (found,) = cs.continue_from(branch, one.label, one.value + side, points=1)
-            assert found.status is cs.results.Ending.REACHED
+            assert found.status is cs.results.Status.REACHED
             assert str(found.points[0].orbit.itinerary) == str(itinerary), (one.label, side)
 
 
@@ -159,7 +159,7 @@ def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> 
 def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(continuing, "_doubled", lambda *_: None)
     (lost,) = cs.orbits.period_doubling_cascade(light(), 1)
-    assert (lost.origin, lost.status, lost.points) == ("PD1", cs.results.Ending.NOT_CONVERGED, ())
+    assert (lost.origin, lost.status, lost.points) == ("PD1", cs.results.Status.NOT_CONVERGED, ())
     assert lost.message == "no doubled orbit is found beside PD1"
     assert json.loads(dumps(branch_record(light(), [lost])))["switched"][0]["points"] == []
 
@@ -167,7 +167,7 @@ def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.Monke
 def test_a_branch_in_the_stiffness_leaves_where_there_is_none() -> None:
     without = cs.continue_orbit(settled(alpha=0.5, beta=0.0), "alpha", 0.6, points=4)
     (found,) = cs.continue_from(without, "EP2", 0.5, parameter="beta", points=4)
-    assert found.status is cs.results.Ending.REACHED
+    assert found.status is cs.results.Status.REACHED
     assert same(found.points[-1].orbit, settled(alpha=0.6, beta=0.5))
     slipping = cs.continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
     with pytest.raises(cs.InvalidInput, match="label = 'AS1': must be EP1 or EP2 if beta varies"):

@@ -17,7 +17,7 @@ from capsule_sym._orbits.continuation.families.family import Family
 from capsule_sym._orbits.continuation.points import extended, kinds
 from capsule_sym._orbits.continuation.points.extended import EventSolution, ExtendedSystem
 from capsule_sym._orbits.shooting.equations import ShootingSystem, shooting
-from capsule_sym.results import Branch, Ending, Itinerary, Orbit
+from capsule_sym.results import Branch, Itinerary, Orbit, Status
 from tests.orbits.branches import settled
 from tests.orbits.test_identity import twice
 
@@ -71,7 +71,7 @@ def test_a_first_half_has_the_metrics_and_the_certificate_of_its_orbit() -> None
 @pytest.mark.parametrize(("begin", "end"), [(0.1, 2.0), (2.0, 0.1)])
 def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: float) -> None:
     branch = over_alpha(begin, end, delta=1.2)
-    assert branch.status is Ending.REACHED
+    assert branch.status is Status.REACHED
     found = sorted(branch.bifurcations, key=lambda one: one.value)
     assert [one.type for one in found] == SCENARIO
     assert [one.symmetry for one in found] == ["kept", "broken", "", "", ""]
@@ -93,7 +93,7 @@ def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: 
 def test_what_never_sticks_is_reached_and_left() -> None:
     up, down = over_alpha(0.5, 1.5, delta=5.0), over_alpha(1.5, 0.5, delta=5.0)
     for branch in (up, down):
-        assert branch.status is Ending.REACHED
+        assert branch.status is Status.REACHED
         assert [one.type for one in branch.bifurcations] == [kinds.CROSSING]
     one, other = up.bifurcations[0], down.bifurcations[0]
     assert (str(one.itinerary_before), str(one.itinerary_after)) == ("F2 F1 F2 F3", "F1 F3")
@@ -140,7 +140,7 @@ def never_sticking() -> float:
 
 def test_a_spring_without_stiffness_does_not_matter() -> None:
     branch, far = over_alpha(0.1, 1.5, beta=0.0), over_alpha(0.1, 1.5, delta=50.0)
-    assert branch.status is far.status is Ending.REACHED
+    assert branch.status is far.status is Status.REACHED
     assert [one.type for one in branch.bifurcations] == [kinds.ADDING, kinds.CROSSING]
     for one, other in zip(branch.bifurcations, far.bifurcations, strict=True):
         assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
@@ -154,7 +154,7 @@ def test_a_curve_of_pairs_is_the_closed_form() -> None:
     one = over_alpha(0.1, 2.0, delta=1.2).bifurcations[0]
     for second, ends in (("gamma", (1.0, 5.0)), ("zeta", (0.01, 0.3)), ("omega", (0.5, 1.5))):
         curve = cs.continue_bifurcation(one, second, ((0.05, 2.0), ends), points=8)
-        assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+        assert [ending for ending, _ in curve.endings] == [Status.REACHED, Status.REACHED]
         for point in curve.points:
             values = dict(zip(curve.parameters, point.values, strict=True))
             base = {"omega": one.orbit.parameters.omega, "zeta": one.orbit.parameters.zeta}
@@ -166,7 +166,7 @@ def test_a_curve_goes_on_in_pairs_where_the_spring_is_no_longer_touched() -> Non
     branch = over_alpha(0.1, 2.0, delta=1.2)
     one = next(one for one in branch.bifurcations if one.type == kinds.CROSSING)
     curve = cs.continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [Status.REACHED, Status.REACHED]
     assert [m.types for m in curve.codimension_two] == [(kinds.CROSSING, kinds.GRAZING)]
     alpha, delta = curve.codimension_two[0].values
     assert alpha == pytest.approx(never_sticking(), abs=1e-12)
@@ -191,7 +191,7 @@ def test_it_does_so_however_durations_are_rounded(seed, monkeypatch) -> None:
     one = next(one for one in branch.bifurcations if one.type == kinds.CROSSING)
     monkeypatch.setattr(extended, "shooting", rounded)
     curve = cs.continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [Status.REACHED, Status.REACHED]
 
 
 def test_a_zero_of_rounding_beside_a_point_is_no_other_point(monkeypatch) -> None:
@@ -220,7 +220,7 @@ def test_a_zero_of_rounding_beside_a_point_is_no_other_point(monkeypatch) -> Non
     monkeypatch.setattr(Family, "solved", ended)
     curve = cs.continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
     assert found[0] is not None
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [Status.REACHED, Status.REACHED]
     assert [m.types for m in curve.codimension_two] == [(kinds.CROSSING, kinds.GRAZING)]
 
 

@@ -7,7 +7,8 @@ import pytest
 
 from benchmarks.experiments.optima.answers import WORSE, answered, forced, judged, wrong
 from benchmarks.experiments.optima.problems import Problem, problem
-from capsule_sym import OptimumStatus, Parameters, optimise
+from capsule_sym import Parameters, optimise
+from capsule_sym.results import Status
 
 # With a margin and a start of its own, and with two limits.
 SMALL = 1, 2
@@ -34,7 +35,7 @@ def test_what_the_starts_do_not_lead_to_is_told() -> None:
     assert told.startswith("the starts lead to")
     (told,) = wrong(replace(given, limits=(("work", "<=", 0.1),)), found)
     assert told.startswith("beyond a limit")
-    assert wrong(given, replace(found, status=OptimumStatus.NO_MOTION)) == []
+    assert wrong(given, replace(found, status=Status.NO_MOTION)) == []
 
 
 @pytest.mark.long
@@ -51,6 +52,6 @@ def test_an_optimum_on_a_border_is_judged_beside_it() -> None:
     given = problem(161)
     found = optimise(given.metric, given.over, given.base, max_seconds=math.inf, **given.options)
     assert wrong(given, found) == []
-    assert found.status is OptimumStatus.OPTIMAL_AT_BORDER
+    assert found.status is Status.OPTIMAL_AT_BORDER
     assert found.border is not None
     assert found.residual < 1e-9

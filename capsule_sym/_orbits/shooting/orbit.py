@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import cached_property
 from typing import Any
 
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import InvalidInput, Outcome, check_one_of, counted
+from capsule_sym._errors import InvalidInput, Outcome, Status, check_one_of, counted
 from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.checks import checked_seconds
@@ -40,36 +39,17 @@ from capsule_sym.generated.interface import Solving
 _backend = backend  # the parameter of `solve_itinerary` has the same name
 
 
-class OrbitStatus(StrEnum):
-    """Status of an orbit's equations, or the reason why there is no orbit."""
-
-    #: The equations are solved to rounding.
-    CONVERGED = "converged"
-    #: Newton's method did not converge.
-    NOT_CONVERGED = "not-converged"
-    #: The Jacobian of the equations is singular, as at a fold or at undamped resonance.
-    SINGULAR = "singular"
-    #: The equations have no finite value at the guess.
-    NOT_FINITE = "not-finite"
-    #: The equations are solved, but the map has another itinerary from there.
-    NOT_ADMISSIBLE = "not-admissible"
-    #: The simulated motion did not settle on a periodic one.
-    NOT_PERIODIC = "not-periodic"
-    #: The time limit was reached.
-    TIME_LIMIT = "time-limit"
-
-
 _UNSOLVED = {
     Solving.UNSOLVED: (
-        OrbitStatus.NOT_CONVERGED,
+        Status.NOT_CONVERGED,
         "Newton's method did not converge: the residual is not small",
     ),
-    Solving.SINGULAR: (OrbitStatus.SINGULAR, "the Jacobian of the equations is singular"),
+    Solving.SINGULAR: (Status.SINGULAR, "the Jacobian of the equations is singular"),
     Solving.IMPRECISE: (
-        OrbitStatus.SINGULAR,
+        Status.SINGULAR,
         "the equations are too ill-conditioned for double precision",
     ),
-    Solving.NOT_FINITE: (OrbitStatus.NOT_FINITE, "the residual of the guess is not finite"),
+    Solving.NOT_FINITE: (Status.NOT_FINITE, "the residual of the guess is not finite"),
 }
 
 
@@ -130,15 +110,15 @@ class Orbit(Labelled):
         return max(abs(self.system.residual))
 
     @cached_property
-    def status(self) -> OrbitStatus:
+    def status(self) -> Status:
         """CONVERGED if the residual is within rounding, else NOT_CONVERGED."""
         solved = solved_to_rounding(self.numbers, self.system, self.z)
-        return OrbitStatus.CONVERGED if solved else OrbitStatus.NOT_CONVERGED
+        return Status.CONVERGED if solved else Status.NOT_CONVERGED
 
     @property
     def success(self) -> bool:
         """True if this is an orbit; otherwise `status` and `message` give the reason."""
-        return self.status is OrbitStatus.CONVERGED
+        return self.status is Status.CONVERGED
 
     @property
     def message(self) -> str:
@@ -229,7 +209,7 @@ class NoOrbit(Orbit):
 
     def __init__(
         self,
-        status: OrbitStatus,
+        status: Status,
         message: str,
         itinerary: Itinerary | None,
         values: tuple[Number, ...],
@@ -379,7 +359,7 @@ def solve_itinerary(
         with np.errstate(all="ignore"), Watch(checked_seconds(max_seconds)):
             return _found(numbers, values, itinerary, z)
         message = "time limit reached before Newton's method converged"
-        return NoOrbit(OrbitStatus.TIME_LIMIT, message, itinerary, values, math.inf)
+        return NoOrbit(Status.TIME_LIMIT, message, itinerary, values, math.inf)
 
 
 def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerary) -> list[Number]:

@@ -19,7 +19,7 @@ from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.admissibility import is_admissible, rerun, tightest
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, OrbitStatus, solve_itinerary
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, jacobian
 from capsule_sym._orbits.shooting.symmetry import primitive, same
 from capsule_sym._parameters import SceneParameters
@@ -96,7 +96,7 @@ def solve_orbit(
     """
     length, refused = 0, list[_Refused]()
 
-    def none(status: OrbitStatus, message: str) -> NoOrbit:
+    def none(status: Status, message: str) -> NoOrbit:
         given = _values(parameters), float("inf")
         return NoOrbit(status, message, None, *given, scene=parameters.scene)
 
@@ -107,7 +107,7 @@ def solve_orbit(
             # Always from the start: a chaotic transient would differ after a restart.
             trajectory = simulate(parameters, state, phase, length)
             if (why := dragged(parameters)) or not trajectory.success:
-                return none(OrbitStatus.NOT_PERIODIC, why or trajectory.message)
+                return none(Status.NOT_PERIODIC, why or trajectory.message)
             refused = []
             for ending in endings(trajectory):
                 found = _accepted(trajectory, ending)
@@ -120,13 +120,13 @@ def solve_orbit(
             repeated[0]
             if repeated
             else none(
-                OrbitStatus.NOT_PERIODIC,
+                Status.NOT_PERIODIC,
                 f"the run from {tuple(state)} at phase {phase} has not settled within {periods} "
                 f"excitation periods on a motion of at most {LONGEST}; {_tried(refused)}",
             )
         )
     return none(
-        OrbitStatus.TIME_LIMIT,
+        Status.TIME_LIMIT,
         f"time limit reached in {length} excitation periods from {tuple(state)} at phase {phase}; "
         f"{_tried(refused)}",
     )
@@ -178,7 +178,7 @@ def _accepted(trajectory: Trajectory, ending: LastPeriod) -> Orbit:
         detail = "the run moves away from the orbit of this itinerary"
     else:
         return orbit
-    return NoOrbit(OrbitStatus.NOT_PERIODIC, detail, orbit.itinerary, orbit.values, orbit.residual)
+    return NoOrbit(Status.NOT_PERIODIC, detail, orbit.itinerary, orbit.values, orbit.residual)
 
 
 def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
@@ -264,10 +264,10 @@ def solve_admissible(
         if worst.value <= 0:
             value = f"{float(worst.value):.3g}"
             detail = f"{worst.named(itinerary)} is {value}; it has to be above 0"
-        return NoOrbit(OrbitStatus.NOT_ADMISSIBLE, detail, itinerary, orbit.values, orbit.residual)
+        return NoOrbit(Status.NOT_ADMISSIBLE, detail, itinerary, orbit.values, orbit.residual)
     detail = "time limit reached before an admissible orbit was found"
     residual = float("inf") if orbit is None else orbit.residual
-    return NoOrbit(OrbitStatus.TIME_LIMIT, detail, itinerary, _values(parameters), residual)
+    return NoOrbit(Status.TIME_LIMIT, detail, itinerary, _values(parameters), residual)
 
 
 def endings(trajectory: Trajectory) -> Iterator[LastPeriod]:

@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import InvalidInput, check_one_of, counted
+from capsule_sym._errors import InvalidInput, Status, check_one_of, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import brief
 from capsule_sym._orbits.continuation.families.crossing import Continuation, keeps_images
 from capsule_sym._orbits.continuation.families.family import (
-    Ending,
     Event,
     Family,
     SmoothEvent,
@@ -85,7 +84,7 @@ class Branch(Labelled):
     axis: PathAxis
     points: tuple[BranchPoint, ...]
     bifurcations: tuple[Bifurcation, ...]
-    status: Ending
+    status: Status
     message: str
     origin: str = ""
     dimension = "point"
@@ -111,7 +110,7 @@ class Branch(Labelled):
     @property
     def success(self) -> bool:
         """True if the branch reaches the target value."""
-        return self.status is Ending.REACHED
+        return self.status is Status.REACHED
 
     @property
     def statistics(self) -> dict[str, Any]:
@@ -167,7 +166,7 @@ class BranchRun(PathRun):
             return state
 
         ending, detail = self.follow(begin)
-        if ending in (Ending.NOT_CONVERGED, Ending.NO_ADMISSIBLE_ORBIT) and self.points:
+        if ending in (Status.NOT_CONVERGED, Status.NO_ADMISSIBLE_ORBIT) and self.points:
             detail = f"{detail}; runs find no orbit next to it"
         points, found = tuple(self.points), labelled(self.bifurcations)
         return Branch(self.axis, points, found, ending, detail, self.origin)
@@ -184,13 +183,13 @@ class BranchRun(PathRun):
         self._check_drift(orbit)
 
     def reach_border(self, state: Spot) -> None:
-        ending = Ending.REACHED
+        ending = Status.REACHED
         if state.u[-1] < 0.5 and self.first.u[-1] < self.problem.settings.neighbour_step:
             # The branch returns to the start: beyond a fold, or with the halves of a doubled orbit
             # exchanged.
             end, first = whole_orbit(state.orbit), self.points[0].orbit
             returned = same(end, first) and not same_start(end, first)
-            ending = Ending.RETURNED if returned else Ending.TURNED_BACK
+            ending = Status.RETURNED if returned else Status.TURNED_BACK
         raise Stop(ending, self.problem.where(state.orbit))
 
     def check(self, old: Spot, step: Step) -> None:
@@ -200,9 +199,9 @@ class BranchRun(PathRun):
             found = halved(self.continuation, old.orbit, new.orbit)
         if found is None:
             return
-        kind, ending, what = kinds.PERIOD_DOUBLING, Ending.PERIOD_HALVED, "one"
+        kind, ending, what = kinds.PERIOD_DOUBLING, Status.PERIOD_HALVED, "one"
         if found.orbit.itinerary.mirrored:
-            kind, ending, what = kinds.SYMMETRY_BREAKING, Ending.SYMMETRIC, "mirror images"
+            kind, ending, what = kinds.SYMMETRY_BREAKING, Status.SYMMETRIC, "mirror images"
         self._record(old, new, None, found, type=kind, uncertainty=max(self.errors(found)))
         halves, where = f"the two halves of {old.orbit.itinerary}", self.problem.where(found.orbit)
         raise Stop(ending, f"{halves} become {what} at {where}")
@@ -288,7 +287,7 @@ class BranchRun(PathRun):
             reached = (
                 "the mean force of drive and load reaches friction, and beyond, drags the device"
             )
-            raise Stop(Ending.DRAGGED, f"{reached}: {self.problem.where(orbit)}")
+            raise Stop(Status.DRAGGED, f"{reached}: {self.problem.where(orbit)}")
 
 
 def _symmetry(old: Spot, itinerary: Itinerary, beyond: Spot | None) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.checks import check_count, checked_ends
 from capsule_sym._orbits.continuation.branches.branch import (
     Branch,
@@ -26,13 +26,7 @@ from capsule_sym._orbits.continuation.families.crossing import (
     first_half,
     vanishing,
 )
-from capsule_sym._orbits.continuation.families.family import (
-    OUT_OF_TIME,
-    Ending,
-    Problem,
-    Spot,
-    Stop,
-)
+from capsule_sym._orbits.continuation.families.family import OUT_OF_TIME, Problem, Spot, Stop
 from capsule_sym._orbits.continuation.parameter_paths import (
     Function,
     ParameterPath,
@@ -224,7 +218,7 @@ def continue_both_ways(
             continuation, u = _begin(Problem(numbers, (axis,), settings), orbit)
             with limit:
                 found.append(_ClosingRun(continuation, points).go(u, side * np.eye(len(u))[-1]))
-            if found[-1].status is Ending.RETURNED:
+            if found[-1].status is Status.RETURNED:
                 return (found[-1],)
         return tuple(found)
 
@@ -274,7 +268,7 @@ class _ClosingRun(BranchRun):
             return
         orbit = self._orbit_at_start(before, state)
         if orbit is not None and same(orbit, self.points[0].orbit):
-            raise Stop(Ending.RETURNED, self.problem.where(orbit))
+            raise Stop(Status.RETURNED, self.problem.where(orbit))
 
     def _orbit_at_start(self, before: Spot, after: Spot) -> Orbit | None:
         """Orbit between two neighbours at the start value of the run; None if there is none."""
@@ -491,7 +485,7 @@ def period_doubling_cascade(
 
 def _doubled_of(problem: Problem, branch: Branch, points: int) -> Iterator[Branch]:
     """Branches of doubled orbits that leave a branch, each once."""
-    last = branch.bifurcations[-1:] if branch.status is Ending.PERIOD_HALVED else ()
+    last = branch.bifurcations[-1:] if branch.status is Status.PERIOD_HALVED else ()
     reached: set[str] = set()
     for one in branch.bifurcations:
         if one.type != PERIOD_DOUBLING or one.label in reached or one in last:
@@ -500,10 +494,10 @@ def _doubled_of(problem: Problem, branch: Branch, points: int) -> Iterator[Branc
         origin = f"{branch.origin}/{one.label}".lstrip("/")
         if start is None:
             lost = f"no doubled orbit is found beside {one.label}"
-            yield Branch(problem.axes[0], (), (), Ending.NOT_CONVERGED, lost, origin)
+            yield Branch(problem.axes[0], (), (), Status.NOT_CONVERGED, lost, origin)
             continue
         new = _followed(start, points, origin)
-        at = _arrival(new, branch) if new.status is Ending.PERIOD_HALVED else None
+        at = _arrival(new, branch) if new.status is Status.PERIOD_HALVED else None
         if at is not None:
             reached.add(at.label)
             name = f"branch {branch.origin}" if branch.origin else "the first branch"

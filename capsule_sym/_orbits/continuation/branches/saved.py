@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._files import read_json
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
@@ -25,7 +25,7 @@ from capsule_sym._orbits.continuation.points.extended import orbit_at
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.equations import BY_ANGLE
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym._parameters import scene as load_scene
 
@@ -193,7 +193,7 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
         "tuple[complex, ...]": lambda pairs: tuple(complex(*pair) for pair in pairs),
         "Itinerary": lambda names: _itinerary(names, number, scene),
         "Itinerary | None": lambda names: _itinerary(names, number, scene) if names else None,
-        "OrbitStatus": OrbitStatus,
+        "Status": Status,
     }
     given = {
         field.name: read.get(str(field.type), lambda value: value)(record[field.name])

@@ -9,7 +9,7 @@ from itertools import islice
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._orbits.continuation.curves.curve import Curve, CurveRun
 from capsule_sym._orbits.continuation.families.crossing import (
     Continuation,
@@ -18,13 +18,7 @@ from capsule_sym._orbits.continuation.families.crossing import (
     keeps_images,
     vanishing,
 )
-from capsule_sym._orbits.continuation.families.family import (
-    OUT_OF_TIME,
-    Ending,
-    Problem,
-    Spot,
-    Stop,
-)
+from capsule_sym._orbits.continuation.families.family import OUT_OF_TIME, Problem, Spot, Stop
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath, PathAxis
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CodimensionTwoPoint
@@ -33,7 +27,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
 from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
-_BEGIN = (Ending.CODIMENSION_TWO, "the point at which the curve starts")
+_BEGIN = (Status.CODIMENSION_TWO, "the point at which the curve starts")
 # Type of the other curve through a point where this test function vanishes; None if none.
 _OTHER = {
     kinds.CUSP: None,
@@ -271,8 +265,8 @@ def _followed(kind: str, starts: Sequence[Restart], points: int) -> Curve:
     runs = [CurveRun(start.continuation, kind, points) for start in starts]
     endings = [runs[0].go(starts[0].state)]
     ahead, crossed, end = [], [], _BEGIN
-    if endings[0][0] is Ending.RETURNED:
-        end = Ending.RETURNED, ""
+    if endings[0][0] is Status.RETURNED:
+        end = Status.RETURNED, ""
     elif len(runs) > 1:
         end = runs[1].go(starts[1].state)
         shared = np.array_equal(starts[0].state.u, starts[1].state.u)

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import brief
 from capsule_sym._native import TimeUp
 from capsule_sym._orbits.continuation.families.crossing import Continuation
 from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
-    Ending,
     Event,
     SmoothEvent,
     Spot,
@@ -38,10 +37,10 @@ from capsule_sym._orbits.continuation.points.extended import (
 )
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus, columns_of
+from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
-_FINE = (Ending.REACHED, Ending.RETURNED, Ending.CODIMENSION_TWO)
+_FINE = (Status.REACHED, Status.RETURNED, Status.CODIMENSION_TWO)
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Curve(Labelled):
     parameters: tuple[str, str]
     points: tuple[CurvePoint, ...]
     codimension_two: tuple[CodimensionTwoPoint, ...]
-    endings: tuple[tuple[Ending, str], tuple[Ending, str]]
+    endings: tuple[tuple[Status, str], tuple[Status, str]]
     origin: str = ""
     dimension = "point"
 
@@ -84,7 +83,7 @@ class Curve(Labelled):
         return all(end in _FINE for end, _ in self.endings)
 
     @property
-    def status(self) -> Ending:
+    def status(self) -> Status:
         """Reason of the first irregular end; without one, of the first end."""
         return self._worst[0]
 
@@ -100,7 +99,7 @@ class Curve(Labelled):
         return {"points": len(self.points), "iterations": steps}
 
     @property
-    def _worst(self) -> tuple[Ending, str]:
+    def _worst(self) -> tuple[Status, str]:
         return min(self.endings, key=lambda end: end[0] in _FINE)
 
     def attributes(self) -> dict[str, Any]:
@@ -130,22 +129,22 @@ class CurveRun(PathRun):
         self.points: list[CurvePoint] = []
         self.codimension_two: list[CodimensionTwoPoint] = []
 
-    def go(self, first: Spot) -> tuple[Ending, str]:
+    def go(self, first: Spot) -> tuple[Status, str]:
         """Continue the curve from a state to its end; returns the reason for the end."""
         ending, detail = self.follow(lambda: first)
-        if ending not in (Ending.NOT_CONVERGED, Ending.NO_ADMISSIBLE_ORBIT):
+        if ending not in (Status.NOT_CONVERGED, Status.NO_ADMISSIBLE_ORBIT):
             return ending, detail
         named = any(point.itinerary_after is None for point in self.codimension_two[-1:])
         ends = () if named else (self._ends_halved, self._ends_in_point)
         try:
             if self.last and any(end(self.last) for end in ends):
                 where = self.problem.where(self.codimension_two[-1].orbit)
-                return Ending.CODIMENSION_TWO, where
+                return Status.CODIMENSION_TWO, where
         except TimeUp:
             return OUT_OF_TIME
         if self._crossing:
             self.codimension_two[-1] = replace(self.codimension_two[-1], itinerary_after=None)
-            return Ending.CODIMENSION_TWO, detail
+            return Status.CODIMENSION_TWO, detail
         if self.last and self.unlocated:
             self._record_unlocated(self.last)
         return ending, detail
@@ -168,7 +167,7 @@ class CurveRun(PathRun):
         if self.kind == kinds.NEIMARK_SACKER and not has_rotations(step.state.orbit):
             last = self.codimension_two[-1].orbit if step.smooth else old.orbit
             detail = f"{self.problem.where(last)}; beyond, {_SADDLES}"
-            raise Stop(Ending.CODIMENSION_TWO, detail)
+            raise Stop(Status.CODIMENSION_TWO, detail)
 
     def add(self, state: Spot) -> None:
         tightest, orbit = self.continuation.tightest(state), state.orbit
@@ -183,7 +182,7 @@ class CurveRun(PathRun):
             admissibility=tightest,
             residual=max(float(orbit.residual), test),
             iterations=orbit.iterations,
-            status=OrbitStatus.CONVERGED if solved else OrbitStatus.NOT_CONVERGED,
+            status=Status.CONVERGED if solved else Status.NOT_CONVERGED,
         )
         self.points.append(point)
         self._crossing = False

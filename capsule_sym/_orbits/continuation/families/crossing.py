@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from capsule_sym._errors import Status
 from capsule_sym._orbits.continuation.families.family import (
-    Ending,
     Event,
     Family,
     Problem,
@@ -126,7 +126,7 @@ class Continuation(Family):
         orbit, segment = event.solution.orbit, event.segment
         broken = self.itinerary.mirrored and not orbit.itinerary.mirrored
         if broken and (self.zero_segment is not None or self.critical):
-            raise Stop(Ending.CODIMENSION_TWO, "beyond, the orbit is not its own mirror image")
+            raise Stop(Status.CODIMENSION_TWO, "beyond, the orbit is not its own mirror image")
         self._keep(event.change)
         self.itinerary = orbit.itinerary
         if event.failed.kind == DURATION:
@@ -177,7 +177,7 @@ class Continuation(Family):
         kept = [change.kept[segment] for segment in self.segments]
         self.segments = tuple(segment for segment in kept if segment is not None)
         if None in kept:
-            raise Stop(Ending.CODIMENSION_TWO, "the segment of duration 0 merges with another")
+            raise Stop(Status.CODIMENSION_TWO, "the segment of duration 0 merges with another")
 
     def directions(self, u: Vector) -> list[Vector]:
         """The two directions of the curve of solutions at u."""
@@ -265,7 +265,7 @@ def _ratio(orbit: Orbit, first: int) -> float:
     """
     grows, falls = map(float, pull_rates(orbit.itinerary, orbit.system.flows, first))
     if grows * falls >= 0:
-        raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "the pull does not turn back where the slip begins")
+        raise Stop(Status.NO_ADMISSIBLE_ORBIT, "the pull does not turn back where the slip begins")
     return (grows + math.copysign(math.sqrt(grows * (grows - falls)), grows)) / -falls
 
 

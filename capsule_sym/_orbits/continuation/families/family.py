@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
+from capsule_sym._errors import Status
 from capsule_sym._map.backend import Backend
 from capsule_sym._orbits.continuation.parameter_paths import PathAxis
 from capsule_sym._orbits.continuation.points import kinds
@@ -26,41 +26,13 @@ from capsule_sym._orbits.shooting.changes import Exchange, zero_segments
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 
-
-class Ending(StrEnum):
-    """Reason for the end of a branch or a curve."""
-
-    #: The parameter has reached the target value, or the border of its range.
-    REACHED = "reached"
-    #: The path returned to its start.
-    RETURNED = "returned"
-    #: The parameter returned to its start value, on another orbit.
-    TURNED_BACK = "turned-back"
-    #: The two halves of a period-doubled orbit became equal: a branch of half the period.
-    PERIOD_HALVED = "period-halved"
-    #: The orbit became its own mirror image: a branch of symmetric orbits.
-    SYMMETRIC = "symmetric"
-    #: Newton's method found no further point, even at the shortest step.
-    NOT_CONVERGED = "not-converged"
-    #: An inequality of the itinerary fails, and no admissible orbit continues the branch.
-    NO_ADMISSIBLE_ORBIT = "no-admissible-orbit"
-    #: The mean force of drive and load reaches friction: beyond, no motion is periodic.
-    DRAGGED = "dragged"
-    #: The curve ends in a codimension-two point, which is in its list.
-    CODIMENSION_TWO = "codimension-two"
-    #: The largest number of points was reached.
-    TOO_MANY_POINTS = "too-many-points"
-    #: The time limit was reached.
-    TIME_LIMIT = "time-limit"
-
-
-OUT_OF_TIME = Ending.TIME_LIMIT, "time limit reached, or interrupted"
+OUT_OF_TIME = Status.TIME_LIMIT, "time limit reached, or interrupted"
 
 
 class Stop(Exception):
     """Raised where the path ends, with the reason."""
 
-    def __init__(self, ending: Ending, detail: str) -> None:
+    def __init__(self, ending: Status, detail: str) -> None:
         super().__init__(detail)
         self.ending, self.detail = ending, detail
 
@@ -250,7 +222,7 @@ class Family(OrbitEquations):
             direction = tangent(by, along)
         except np.linalg.LinAlgError:
             detail = f"no tangent at {self.problem.where(orbit)}"
-            raise Stop(Ending.NOT_CONVERGED, detail) from None
+            raise Stop(Status.NOT_CONVERGED, detail) from None
         return Spot(u, orbit, held, direction, self.tests(orbit))
 
     @property
@@ -289,5 +261,5 @@ class Family(OrbitEquations):
         least = min(state.held, key=lambda one: float(one.value))
         if least.value <= 0:
             named, where = least.named(state.orbit.itinerary), self.problem.where(state.orbit)
-            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, f"{named} fails at {where}")
+            raise Stop(Status.NO_ADMISSIBLE_ORBIT, f"{named} fails at {where}")
         return least

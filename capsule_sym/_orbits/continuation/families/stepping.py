@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._native import TimeUp
 from capsule_sym._native.watch import TOLD
 from capsule_sym._orbits.continuation.families.crossing import Continuation
 from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
     Corrected,
-    Ending,
     Event,
     SmoothEvent,
     Spot,
@@ -58,7 +57,7 @@ class PathRun(ABC):
         self.settings = self.problem.settings
         self.largest, self.most = 1 / points, most
 
-    def follow(self, begin: Callable[[], Spot]) -> tuple[Ending, str]:
+    def follow(self, begin: Callable[[], Spot]) -> tuple[Status, str]:
         """Continue the path from a state to its end; returns the reason for the end."""
         length = self.settings.first_step
         try:
@@ -71,12 +70,12 @@ class PathRun(ABC):
                 TOLD.get()(f"{counted(count, 'point')}, at {at}")
                 self.last, length = self._step(before, length)
                 if self.closes(before, self.last):
-                    return Ending.RETURNED, self.problem.where(self.last.orbit)
+                    return Status.RETURNED, self.problem.where(self.last.orbit)
         except Stop as stop:
             return stop.ending, stop.detail
         except TimeUp:
             return OUT_OF_TIME
-        return Ending.TOO_MANY_POINTS, counted(self.most, "point")
+        return Status.TOO_MANY_POINTS, counted(self.most, "point")
 
     def _step(self, state: Spot, length: float) -> tuple[Spot, float]:
         try:
@@ -117,9 +116,9 @@ class PathRun(ABC):
             length /= 2
         detail = f"no further point at {self.problem.where(state.orbit)}"
         if not self.unlocated:
-            raise Stop(Ending.NOT_CONVERGED, detail)
+            raise Stop(Status.NOT_CONVERGED, detail)
         failing = f"{' and '.join(self.unlocated)} fails without a located event"
-        raise Stop(Ending.NO_ADMISSIBLE_ORBIT, f"{detail}: {failing}")
+        raise Stop(Status.NO_ADMISSIBLE_ORBIT, f"{detail}: {failing}")
 
     def _tried(self, state: Spot, length: float) -> Step | None:
         """Step of this length; None if it is too long."""
@@ -218,9 +217,9 @@ class PathRun(ABC):
         orbit = self.record_event(event, old, new, state, failed)
         if state is None:
             detail = f"{failed} fails at {self.problem.where(orbit)}; beyond, {failure}"
-            if stop is not None and stop.ending is not Ending.NO_ADMISSIBLE_ORBIT:
+            if stop is not None and stop.ending is not Status.NO_ADMISSIBLE_ORBIT:
                 raise stop
-            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+            raise Stop(Status.NO_ADMISSIBLE_ORBIT, detail)
         for one in beyond.smooth if beyond is not None and not failure else ():
             self.record_smooth(one)
         return state
@@ -273,7 +272,7 @@ class PathRun(ABC):
 
     def reach_border(self, state: Spot) -> None:
         """Raises Stop at the border of the range."""
-        raise Stop(Ending.REACHED, self.problem.where(state.orbit))
+        raise Stop(Status.REACHED, self.problem.where(state.orbit))
 
 
 def least_between(ends: Vector, slopes: Vector) -> float:

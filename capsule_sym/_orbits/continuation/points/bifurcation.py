@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.backend import backend
 from capsule_sym._map.result import brief
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
@@ -17,7 +17,7 @@ from capsule_sym._orbits.continuation.points.normal_forms import NormalForm, nor
 from capsule_sym._orbits.shooting.admissibility import Inequality
 from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment, zero_segments
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, whole_orbit
 
 _SAME = 1e-9  # parameters of a point found twice differ by less
@@ -39,12 +39,12 @@ class SolvedPoint:
     orbit: Orbit
     residual: float
     iterations: int
-    status: OrbitStatus
+    status: Status
 
     @property
     def success(self) -> bool:
         """True if the equations are solved."""
-        return self.status is OrbitStatus.CONVERGED
+        return self.status is Status.CONVERGED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,7 +198,7 @@ def solution_fields(found: EventSolution, solved: bool = True) -> dict[str, Any]
         "orbit": whole_orbit(orbit),
         "residual": float(found.residual),
         "iterations": orbit.iterations,
-        "status": orbit.status if solved else OrbitStatus.NOT_CONVERGED,
+        "status": orbit.status if solved else Status.NOT_CONVERGED,
     }
 
 
