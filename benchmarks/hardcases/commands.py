@@ -9,7 +9,7 @@ import click
 
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, option
-from capsule_sym._texts import tables
+from capsule_sym._texts import bars, tables
 
 if TYPE_CHECKING:
     from benchmarks.hardcases.adversarial import Tally
@@ -47,7 +47,7 @@ def hardcases(
     chosen = [case for case in cases() if only in case.name][::every]
     if not chosen:
         raise click.BadParameter(f"no case has {only!r} in its name", param_hint="--only")
-    table = list(present.track(rows(chosen), "Checking the hard cases", len(chosen)))
+    table = list(bars.track(rows(chosen), "Checking the hard cases", len(chosen)))
     median, most = cost()
     if as_json:
         evaluations = {"median": median, "maximum": most}
@@ -119,7 +119,7 @@ def adversarial(
 
     total, log = Tally(), out / f"seed-{seed}.jsonl" if out else None
     try:
-        for tally in present.track(
+        for tally in bars.track(
             run(count, seed, log), "Comparing with 50 digits", -(-count // CHUNK)
         ):
             total.add(tally)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import click
 
-from capsule_sym._commands import options, present
+from capsule_sym._commands import options
 from capsule_sym._commands.signature import between, command, option
 from capsule_sym._texts import bars, tables
 
@@ -54,7 +54,7 @@ def bench(
     for line in study.skipped:
         click.echo(line, err=True)
     file = None if out is None else out / ("part.json" if only or quick else "bench.json")
-    with present.make_progress() as progress:
+    with bars.make_progress() as progress:
         for part, turns in study.turns().items():
             task = progress.add_task(part, total=turns)
             study.run(part, lambda task=task: progress.advance(task))  # type: ignore[misc]

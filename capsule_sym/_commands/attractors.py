@@ -11,6 +11,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import counted
+from capsule_sym._texts import bars
 from capsule_sym._texts.attractors import show_attractors
 
 
@@ -67,7 +68,7 @@ def attractors(
     if periods is not None:
         how["periods"] = periods
     found: capsule_sym.results.Attractors | capsule_sym.results.ContinuedAttractors
-    with present.stoppable(limit, "Settling") as tell:
+    with bars.stoppable(limit, "Settling") as tell:
         how["progress"] = lambda done, total: tell(f"{done:,} of {counted(total, 'run')}")
         if over is None:
             found = capsule_sym.attractors(parameters, starts, **how)

@@ -13,6 +13,7 @@ from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import between, command, option
 from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import CAPSULE, scene_in
+from capsule_sym._texts import bars
 from capsule_sym._texts.branches import show_branches
 
 if TYPE_CHECKING:
@@ -94,6 +95,7 @@ def branch(
         Prove the bifurcations in ball arithmetic, and write its certificate here.
     """
     from capsule_sym._native import Watch
+    from capsule_sym._orbits.continuation.records import branch_files, branches_record
     from capsule_sym._orbits.continuation.settings import check_points
 
     for name in (*system.names, *options.ranges(), "along", "state"):
@@ -106,7 +108,7 @@ def branch(
             raise click.UsageError("--restart needs --to VALUE")
         end, file = to[1], restart[0]
         system.check_scene(scene_in(capsule_sym.results.read_branch(file)) or CAPSULE, file)
-        with present.stoppable(limit, "Following"):
+        with bars.stoppable(limit, "Following"):
             found = capsule_sym.continue_from(
                 *restart,
                 end,
@@ -124,16 +126,16 @@ def branch(
     if certify is not None and found[0].axis.path.ties:
         raise InvalidInput("certify", str(certify), "absent if several parameters vary")
     for one in found:
-        with present.stoppable(limit, "Following"):
+        with bars.stoppable(limit, "Following"):
             found += capsule_sym.orbits.period_doubling_cascade(
                 one, cascade, points=points, max_seconds=limit.left
             )
     present.result(
-        lambda: _record(found, device),
+        lambda: branches_record(found, device),
         lambda: show_branches(found),
         as_json,
         out,
-        lambda: _files(found, device),
+        lambda: branch_files(found, device),
     )
     events = [one for branch in found for one in branch.bifurcations]
     present.certificates(certify, events, limit)
@@ -162,33 +164,6 @@ def _goes_on(ended: capsule_sym.results.Branch, out: Path | None, end: float) ->
     return f"--restart {file} {label} --to {end:g} continues this branch"
 
 
-def _record(found: Sequence[capsule_sym.results.Branch], device: options.Device) -> dict[str, Any]:
-    from capsule_sym._orbits.continuation.records import branch_record
-    from capsule_sym._records import add_si
-
-    first, *others = found
-    record = branch_record(first, others) | ({"device": device.to_dict()} if device else {})
-    for one in (record, *record["switched"]):
-        add_si(device, one["points"])
-    return record
-
-
-def _files(found: Sequence[capsule_sym.results.Branch], device: options.Device) -> dict[str, Any]:
-    from capsule_sym._orbits.continuation.records import bifurcation_rows, point_rows
-    from capsule_sym._records import in_si
-
-    points = [row | in_si(device, row) for one in found for row in point_rows(one)]
-    rows = [
-        {"origin": one.origin, **row} for one in found for row in bifurcation_rows(one.bifurcations)
-    ]
-    columns = ("origin", "label", "type", "line", "parameter", "value", "uncertainty")
-    return {
-        "branch.json": _record(found, device),
-        "points.csv": (points,),
-        "bifurcations.csv": (rows, columns),
-    }
-
-
 def tell_early_end(found: capsule_sym.results.Branch) -> None:
     """Exit with 3, and the reason, if a branch ends before its final value."""
     if found.status is not capsule_sym.results.Status.REACHED:
@@ -210,7 +185,7 @@ def followed(
     path.check(parameters, begin, end)
     placed = type(parameters)(*path.placed([*parameters.to_dict().values()], begin))
     start = settled(placed, state, limit)
-    with present.stoppable(limit, "Following"):
+    with bars.stoppable(limit, "Following"):
         return capsule_sym.continue_orbit(
             start, parameter, end, points=points, ties=ties, max_seconds=limit.left
         )

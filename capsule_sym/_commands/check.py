@@ -11,6 +11,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option
 from capsule_sym._commands.values import Seconds
 from capsule_sym._errors import InvalidInput
+from capsule_sym._texts import bars
 from capsule_sym._texts.checks import show_check
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def check(
         return next(iter(table.settings.get(name, ())), None) if given is None else given
 
     last, begin = chosen("end", end), chosen("phase", phase) or 0.0
-    with present.progress("Checking the switches") as update:
+    with bars.progress("Checking the switches") as update:
         found = capsule_sym.check_switches(
             [time / unit for time in table.times],
             table.events,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
 import click
 
@@ -12,6 +11,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.branch import followed, tell_early_end
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
+from capsule_sym._texts import bars
 from capsule_sym._texts.branches import show_curves
 
 
@@ -61,6 +61,7 @@ def curve(
     """
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.curves.continuing import check
+    from capsule_sym._orbits.continuation.records import curve_files, curves_record
     from capsule_sym._orbits.continuation.settings import check_points
 
     over = options.ranges()
@@ -83,7 +84,7 @@ def curve(
         middle = f"{other} = {getattr(inside, other)!r}, the middle of its range"
         click.echo(f"bifurcations are sought at {middle}", err=True)
     both = first, second
-    with present.stoppable(limit, "Following"):
+    with bars.stoppable(limit, "Following"):
         curves = [
             capsule_sym.continue_bifurcation(
                 one, other, both, points=points, max_seconds=limit.left
@@ -96,11 +97,11 @@ def curve(
                     whole, both, points=points, known=curves, max_seconds=limit.left
                 )
     present.result(
-        lambda: _record(found, curves, device),
+        lambda: curves_record(found, curves, device),
         lambda: show_curves(curves, device),
         as_json,
         out,
-        lambda: _files(found, curves, device),
+        lambda: curve_files(found, curves, device),
     )
     lost = [(one, curve) for one, curve in zip(chosen, curves, strict=False) if not curve.points]
     for one, curve in lost:
@@ -137,37 +138,6 @@ def _of_kind(
         allowed = f"type or label of a bifurcation {beside}"
         raise InvalidInput("bifurcation", kind, allowed)
     return chosen
-
-
-def _record(
-    found: capsule_sym.results.Branch,
-    curves: Sequence[capsule_sym.results.Curve],
-    device: options.Device,
-) -> dict[str, Any]:
-    from capsule_sym._orbits.continuation.records import curve_record
-    from capsule_sym._records import add_si
-
-    kept = [curve_record(one) for one in curves]
-    for written in kept:
-        add_si(device, (*written["points"], *written["codimension_two"]))
-    return {"branch": found.status.value, "curves": kept}
-
-
-def _files(
-    found: capsule_sym.results.Branch,
-    curves: Sequence[capsule_sym.results.Curve],
-    device: options.Device,
-) -> dict[str, Any]:
-    from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_rows
-    from capsule_sym._records import in_si
-
-    points = [row | in_si(device, row) for row in curve_rows(curves)]
-    meetings = [row | in_si(device, row) for row in codimension_two_rows(curves)]
-    return {
-        "curves.json": _record(found, curves, device),
-        "points.csv": (points, ("curve", "type", "line")),
-        "codimension_two.csv": (meetings, ("curve", "first", "second")),
-    }
 
 
 def _scaled(

@@ -20,6 +20,7 @@ from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.sizes import NARROWEST, PAGE, WIDEST
 from capsule_sym._files import read_json
 from capsule_sym._parameters import CAPSULE, scene_in
+from capsule_sym._texts import bars
 from capsule_sym._units import METRIC_UNITS
 
 if TYPE_CHECKING:
@@ -191,7 +192,7 @@ def _of_name(name: str, picture: Picture, system: options.System, colours: Any) 
     from capsule_sym._figures.style import describe
 
     parameters, device = system.load()
-    with present.tracking() as track:
+    with bars.tracking() as track:
         study = Study(track, parameters, colours, picture.width, system.chosen, device)
         return describe(FIGURES[name].make(study), FIGURES[name].title)
 

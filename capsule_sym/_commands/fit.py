@@ -12,6 +12,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, between, command, group, option
 from capsule_sym._design.counts import SEED, STARTS
+from capsule_sym._texts import bars
 from capsule_sym._texts.design import show_fit
 
 _UNKNOWN = option(type=options.Named(bare=True), multiple=True)
@@ -89,7 +90,7 @@ def fit(
     if not (unknown or rig):
         raise click.UsageError("give --unknown for each unknown")
     options.check_beside("seed", needs=("starts",))
-    with present.telling("Fitting") as progress:
+    with bars.telling("Fitting") as progress:
         watch = Watch(checked_seconds(how["max_seconds"]))
         if rig:
             how = {name: how[name] for name in how if name not in ("state", "phase")}

@@ -13,6 +13,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, group, option
 from capsule_sym._design.counts import MAX_SECONDS, POINTS, SAMPLES, SEED
 from capsule_sym._errors import InvalidInput
+from capsule_sym._texts import bars
 from capsule_sym._texts.design import show_front, show_optimum
 
 
@@ -93,7 +94,7 @@ def optimise(
     how["subject_to"] = subject_to
     found: capsule_sym.results.Optimum | capsule_sym.results.Front
     show: Callable[[], None]
-    with present.telling("Optimising") as progress:
+    with bars.telling("Optimising") as progress:
         how["progress"] = progress
         if against is None:
             found = one = capsule_sym.optimise(metric, over, which, among=among, **how)

@@ -11,6 +11,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command
+from capsule_sym._texts import bars
 from capsule_sym._texts.orbits import show_orbit, show_orbits
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def orbit(
     search: capsule_sym.results.FoundOrbits | None = None
     found: Sequence[capsule_sym.results.Orbit]
     if starts:
-        with present.progress("Searching", starts) as update:
+        with bars.progress("Searching", starts) as update:
             search = found = capsule_sym.search_orbits(
                 parameters,
                 starts,

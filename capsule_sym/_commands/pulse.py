@@ -11,6 +11,7 @@ from capsule_sym._commands import options, present, signature
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
+from capsule_sym._texts import bars
 from capsule_sym._texts.attractors import show_pulse
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def pulse(
         raise InvalidInput("--over", list(over), "one parameter of the drive")
     parameters, device = system.load()
     limit = Watch(max_seconds)
-    with present.stoppable(limit, "Switching") as tell:
+    with bars.stoppable(limit, "Switching") as tell:
         ends = _motions(parameters, (state, to), between, windows, limit, as_json)
         try:
             found = capsule_sym.switch_by_pulse(

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
+from capsule_sym._texts import bars
 from capsule_sym._texts.runs import show_run
 
 _USUAL_BACKEND = option(show_default="c where it was compiled, else numpy")
@@ -60,7 +61,7 @@ def run(
     go = partial(capsule_sym.simulate, parameters, state, phase, periods, **settings)
     try:
         if sys.stderr.isatty():
-            with present.progress("Running", periods) as update:
+            with bars.progress("Running", periods) as update:
                 trajectory = go(progress=lambda turns: update(completed=turns))
         else:
             trajectory = go()

@@ -9,6 +9,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import between, command, option
+from capsule_sym._texts import bars
 from capsule_sym._texts.attractors import show_shock
 
 
@@ -56,7 +57,7 @@ def shock(
 
     parameters, device = system.load()
     limit = Watch(max_seconds)
-    with present.stoppable(limit, "Knocking:") as tell:
+    with bars.stoppable(limit, "Knocking:") as tell:
         orbit = settled(parameters, state, limit, as_json)
         found = capsule_sym.minimal_shock(
             orbit,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,8 +14,8 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, group, option
-from capsule_sym._errors import counted
 from capsule_sym._sweeps.quantities import VARIABLES
+from capsule_sym._texts import bars
 from capsule_sym._texts.stores import show_store
 from capsule_sym._units import METRIC_UNITS
 
@@ -214,35 +214,6 @@ def _summary(summary: Any, periods: int, store: str) -> dict[str, Any]:
 @contextmanager
 def _executor(**how: Any) -> Iterator[dict[str, Any]]:
     """Arguments of `run_sweep`, with a progress bar."""
-    with _progress() as progress:
+    with bars.counting() as progress:
         command = shlex.join(["capsule-sym", *sys.argv[1:]])
         yield {**how, "command": command, "progress": progress}
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[int, int], None]]:
-    from rich.progress import BarColumn, ProgressColumn, Task, TimeRemainingColumn
-    from rich.text import Text
-
-    class Count(ProgressColumn):
-        def render(self, task: Task) -> Text:
-            # The number of cells is known once the store is open.
-            if task.total is None:
-                return Text("starting")
-            done = f"{task.completed:,.0f} of {counted(int(task.total), 'cell')}"
-            # Before a second chunk there is no rate.
-            return Text(f"{done}, {task.speed:,.0f} a second" if task.speed else done)
-
-    with present.make_progress(Count(), BarColumn(bar_width=20), TimeRemainingColumn()) as bar:
-        task = bar.add_task("", total=None)
-        total = -1
-
-        def show(done: int, of: int) -> None:
-            nonlocal total
-            if of != total:
-                # Cells that a store held before do not count towards the rate.
-                total = of
-                bar.reset(task, total=of, completed=done)
-            bar.update(task, completed=done)
-
-        yield show

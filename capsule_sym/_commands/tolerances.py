@@ -9,6 +9,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, option
 from capsule_sym._design.counts import SEED
 from capsule_sym._errors import InvalidInput
+from capsule_sym._texts import bars
 from capsule_sym._texts.design import show_tolerances
 
 
@@ -57,7 +58,7 @@ def tolerances(
         if name in over:
             raise InvalidInput("--normal", name, "a parameter without --tolerance")
         over[name] = _normal(which, name, share)
-    with present.telling("Sampling") as progress:
+    with bars.telling("Sampling") as progress:
         found = capsule_sym.tolerances(
             metric or ("velocity",),
             over,

@@ -16,7 +16,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._files import write_whole
-from capsule_sym._texts import tables
+from capsule_sym._texts import bars, tables
 
 if TYPE_CHECKING:
     from capsule_sym._symbolic.proofs.statement import Finding, Report
@@ -56,7 +56,7 @@ def verify(
     options.require("sympy")
     start = perf_counter()
     text = TextColumn("{task.description}")
-    with present.make_progress(
+    with bars.make_progress(
         text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     ) as progress:
         task = progress.add_task("importing SymPy", total=None)

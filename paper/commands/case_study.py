@@ -8,7 +8,7 @@ import click
 
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command
-from capsule_sym._texts import tables
+from capsule_sym._texts import bars, tables
 
 if TYPE_CHECKING:
     from paper.study.casestudy import Case
@@ -34,7 +34,7 @@ def case_study(*, out: options.Folder = None, as_json: options.Json = False) -> 
     from paper.study import casestudy, thresholds
 
     total = len(casestudy.GAMMAS) * len(casestudy.PANELS)
-    with present.make_progress() as progress:
+    with bars.make_progress() as progress:
         task = progress.add_task("Running the case study", total=total)
         cases = []
         for case in casestudy.run():

@@ -13,6 +13,7 @@ import click
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
 from capsule_sym._files import write_whole
+from capsule_sym._texts import bars
 
 if TYPE_CHECKING:
     from capsule_sym._symbolic.theory import Finding
@@ -43,7 +44,7 @@ def claims(
     """
     options.check_beside("only", never=("out", "freeze"))
     start = perf_counter()
-    with present.make_progress() as progress:
+    with bars.make_progress() as progress:
         task = progress.add_task("importing SymPy", total=None)
         from capsule_sym._symbolic import theory
         from paper.claims import everything, frozen

@@ -13,7 +13,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
-from capsule_sym._texts import tables
+from capsule_sym._texts import bars, tables
 from paper.processes import end, spawning, undisturbed
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def _parts(
     name, what, column = _PARTS[option]
     task: subdivision.Task = getattr(subdivision, name)
     text = TextColumn("{task.description}")
-    with present.progress(f"Proving {what}", None, text, TimeElapsedColumn()) as update:
+    with bars.progress(f"Proving {what}", None, text, TimeElapsedColumn()) as update:
 
         def report(plane: subdivision.Plane) -> None:
             told = f"Proving {what}: {plane.share:.2%} in {plane.patches} parts"
@@ -173,7 +173,7 @@ def _horseshoe(out: options.Path | None, max_seconds: float, as_json: bool) -> N
         with Watch(max_seconds):
             sets = range(len(kept()["sets"]))
             steps = (prove_horseshoe(kept(), (number,)) for number in sets)
-            found += present.track(steps, "Proving the horseshoe", len(sets))
+            found += bars.track(steps, "Proving the horseshoe", len(sets))
     except Unproved as error:
         present.fail(f"not proved: {error}", 1)
     if len(found) < len(sets):
@@ -203,7 +203,7 @@ def _on_two_cores(calls: Sequence[tuple[Any, ...]], text: str) -> list[Any]:
         pool = spawning(2)
         found = [pool.submit(*call) for call in calls]
     try:
-        return list(present.track((one.result() for one in found), text, len(calls)))
+        return list(bars.track((one.result() for one in found), text, len(calls)))
     finally:
         end(pool)
 

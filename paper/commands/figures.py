@@ -11,6 +11,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.figures import Colours, Picture
 from capsule_sym._commands.signature import argument, command, group
 from capsule_sym._figures.interface import Study
+from capsule_sym._texts import bars
 from capsule_sym.figures import save_figure
 from paper.figures.catalogue import FIGURES
 
@@ -38,7 +39,7 @@ def figure(
     from capsule_sym._figures.interface import describe
 
     parameters, device = system.load()
-    with present.tracking() as track:
+    with bars.tracking() as track:
         study = Study(track, parameters, colours, picture.width, system.chosen, device)
         drawn = describe(FIGURES[name].drawn(study), FIGURES[name].title)
     save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
@@ -69,7 +70,7 @@ def report(
     from capsule_sym._processes import processors
     from paper.figures.report import EXPLORER, write
 
-    with present.tracking(lines=True) as track:
+    with bars.tracking(lines=True) as track:
         write(out, colours, track, processors())
     files = (out, out.parent / EXPLORER) if as_json else (out,)
     present.tell_written(*files, as_json=as_json)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from capsule_sym._cli import group
+from capsule_sym._texts import bars
 from tests.cli.terminal import Shown, in_terminal
 
 CHART = """
@@ -143,7 +144,7 @@ def test_progress_is_gone_in_the_end(name, columns, colour, shown) -> None:
 
 INTERRUPTED_WHILE_DRAWN = """
 import os, signal, threading
-from capsule_sym._commands.present import make_progress
+from capsule_sym._texts.bars import make_progress
 
 bars = make_progress()
 drawn, render = [], type(bars).get_renderables
@@ -175,15 +176,13 @@ def test_ctrl_c_does_not_cut_the_drawing_of_bars_in_two(when: int) -> None:
 
 
 def test_a_sweep_tells_its_rate_once_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    from capsule_sym._commands import present, sweep
-
-    make, bars = present.make_progress, []
+    make, made = bars.make_progress, []
     monkeypatch.setattr(
-        present, "make_progress", lambda *columns: bars.append(make(*columns)) or bars[-1]
+        bars, "make_progress", lambda *columns: made.append(make(*columns)) or made[-1]
     )
-    with sweep._progress() as show:
+    with bars.counting() as show:
         show(0, 100)
         show(50, 100)
-        (bar,) = bars
+        (bar,) = made
         said = [column(bar.tasks[0]) for column in bar.columns]
     assert "50 of 100 cells" in map(str, said)

@@ -90,7 +90,7 @@ def test_a_backend_that_does_not_exist_is_one_line(monkeypatch: pytest.MonkeyPat
     monkeypatch.setenv("MPLBACKEND", "nonsense")
     monkeypatch.setattr("importlib.import_module", fail)
     with pytest.raises(InvalidInput, match="MPLBACKEND = 'nonsense': must be a backend"):
-        capsule_sym.__getattr__("plot_motion")
+        capsule_sym.figures.__getattr__("plot_motion")
 
 
 def test_plot_draws_what_it_is_given(settled, branch) -> None:

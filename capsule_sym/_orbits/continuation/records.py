@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from capsule_sym._map.result import plain
@@ -21,6 +21,8 @@ from capsule_sym._orbits.metrics.performance import performance, shown
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import SceneDevice
+from capsule_sym._records import add_si, in_si
 
 # Attributes that are written under their own names.
 _CONVERGENCE = ("residual", "iterations", "status", "success")
@@ -218,6 +220,52 @@ def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
                 }
             )
     return rows
+
+
+def branches_record(found: Sequence[Branch], device: SceneDevice | None) -> dict[str, Any]:
+    """Record of a branch and those that leave it, with SI units if there is a device."""
+    first, *others = found
+    record = branch_record(first, others) | ({"device": device.to_dict()} if device else {})
+    for one in (record, *record["switched"]):
+        add_si(device, one["points"])
+    return record
+
+
+def branch_files(found: Sequence[Branch], device: SceneDevice | None) -> dict[str, Any]:
+    """Record and tables of branches, by the names of their files."""
+    points = [row | in_si(device, row) for one in found for row in point_rows(one)]
+    rows = [
+        {"origin": one.origin, **row} for one in found for row in bifurcation_rows(one.bifurcations)
+    ]
+    columns = ("origin", "label", "type", "line", "parameter", "value", "uncertainty")
+    return {
+        "branch.json": branches_record(found, device),
+        "points.csv": (points,),
+        "bifurcations.csv": (rows, columns),
+    }
+
+
+def curves_record(
+    found: Branch, curves: Sequence[Curve], device: SceneDevice | None
+) -> dict[str, Any]:
+    """Record of curves, with SI units if there is a device."""
+    kept = [curve_record(one) for one in curves]
+    for written in kept:
+        add_si(device, (*written["points"], *written["codimension_two"]))
+    return {"branch": found.status.value, "curves": kept}
+
+
+def curve_files(
+    found: Branch, curves: Sequence[Curve], device: SceneDevice | None
+) -> dict[str, Any]:
+    """Record and tables of curves, by the names of their files."""
+    points = [row | in_si(device, row) for row in curve_rows(curves)]
+    meetings = [row | in_si(device, row) for row in codimension_two_rows(curves)]
+    return {
+        "curves.json": curves_record(found, curves, device),
+        "points.csv": (points, ("curve", "type", "line")),
+        "codimension_two.csv": (meetings, ("curve", "first", "second")),
+    }
 
 
 def failure_record(found: Orbit) -> dict[str, Any]:
