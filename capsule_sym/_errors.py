@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 
 class CapsuleError(Exception):
@@ -170,6 +171,32 @@ class Status(StrEnum):
     NO_PULSE = "no-pulse"
     #: One of the attractors does not exist at an end of the tolerances.
     ATTRACTOR_LOST = "attractor-lost"
+
+    @property
+    def success(self) -> bool:
+        """True for a complete result."""
+        return self in _COMPLETE
+
+
+_COMPLETE = {
+    *(Status.FINISHED, Status.COMPLETE, Status.CONVERGED, Status.REACHED, Status.OPTIMAL),
+    *(Status.OPTIMAL_AT_BORDER, Status.FOUND, Status.SAMPLED, Status.NOT_LOST),
+}
+
+
+class Ended:
+    """A result with a status."""
+
+    __slots__ = ()
+    if TYPE_CHECKING:  # a field or a property of each result
+
+        @property
+        def status(self) -> Status: ...
+
+    @property
+    def success(self) -> bool:
+        """True if the result is complete; otherwise `status` and `message` give the reason."""
+        return self.status.success
 
 
 class Outcome(StrEnum):

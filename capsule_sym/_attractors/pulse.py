@@ -79,7 +79,6 @@ class Pulse(Result, Labelled):
     transient: int = 0
     """Excitation periods after the pulse until the motion is within 0.1 % of its end."""
     dimension = "time"
-    _good = (Status.FOUND,)
     _recorded = "parameter value periods begins state interval work duration transient"
 
     def __repr__(self) -> str:

@@ -61,7 +61,6 @@ class Shock(Result):
     """Status as a sentence."""
     accuracy: float = ACCURACY
     """Relative accuracy of the size."""
-    _good = (Status.FOUND, Status.SAMPLED, Status.NOT_LOST)
     _recorded = "size accuracy phase tried"
 
     def __repr__(self) -> str:

@@ -22,22 +22,8 @@ if TYPE_CHECKING:
     from capsule_sym._native import Watch
 
 
-class _Target(options.Named):
-    """[NAME=]VALUE as a pair of a name (or None) and a value."""
-
-    def __init__(self) -> None:
-        super().__init__(click.FLOAT)
-        self.name = "[NAME=]VALUE"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        """Name and value of a text."""
-        if isinstance(value, str) and "=" not in value:
-            return None, self.of.convert(value, param, ctx)
-        return super().convert(value, param, ctx)
-
-
 _Range = tuple[str, tuple[float, float]]
-_TARGET = option(type=_Target())
+_TARGET = option(type=options.Named(click.FLOAT, optional="name"))
 _FORMULA = options.Named(click.STRING, "alpha=0.5*omega**2")
 _TIES = options.by_name(_FORMULA, "--with", metavar="NAME=FORMULA")
 

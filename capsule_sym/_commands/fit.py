@@ -15,7 +15,7 @@ from capsule_sym._design.counts import SEED, STARTS
 from capsule_sym._texts import bars
 from capsule_sym._texts.design import show_fit
 
-_UNKNOWN = option(type=options.Named(bare=True), multiple=True)
+_UNKNOWN = option(type=options.Named(optional="value"), multiple=True)
 
 
 def _fitting(

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -102,7 +100,7 @@ def sweep(
         for one in click.get_current_context().command.params:
             if one.name not in ("info", "check", "as_json"):
                 options.check_beside(str(one.name), never=("info",))
-        return _show_store(info, check, as_json)
+        return _tell(info, as_json, check=check)
     options.check_beside("metric", never=("plan",))
     over = options.ranges()
     settings: dict[str, Any] = {"periods": periods, "compute": compute and compute.split(",")}
@@ -123,14 +121,14 @@ def sweep(
     options.check_beside("any_core", needs=("resume",))
     if store is None:
         raise click.UsageError("Missing option '--out'.")
-    with _executor(**how) as given:
-        summary = capsule_sym.run_sweep(loaded, store, **given)
+    with bars.counting() as progress:
+        summary = capsule_sym.run_sweep(loaded, store, command=_line(), progress=progress, **how)
     if metric is not None and summary.success:
         with capsule_sym.results.open_results(store) as results:
             drawn = capsule_sym.figures.plot_metric(results.load(), metric)
         capsule_sym.figures.save_figure(drawn, picture := Path(store) / f"{metric}.svg")
         click.echo(f"wrote {picture}", err=True)
-    _tell(_summary(summary, loaded.periods, store), as_json)
+    _tell(Path(store), as_json, _ended(summary, loaded.periods))
 
 
 def _over(
@@ -180,40 +178,32 @@ def basin(
     options.check_beside("any_core", needs=("resume",))
     parameters, _ = system.load()
     chosen = capsule_sym.inputs.Sweep(axes, parameters, state, periods=periods)
-    with _executor(**how) as settings:
-        summary, _ = capsule_sym.run_basin(chosen, store, **settings)
-    _tell(_summary(summary, periods, store), as_json)
+    with bars.counting() as progress:
+        summary, _ = capsule_sym.run_basin(chosen, store, command=_line(), progress=progress, **how)
+    _tell(Path(store), as_json, _ended(summary, periods))
 
 
-def _show_store(store: Path, check: bool, as_json: bool) -> None:
-    """Print the contents of a store; exits with 1 if a checked one is damaged."""
+def _tell(store: Path, as_json: bool, ended: Any = None, check: bool = False) -> None:
+    """Print the contents of a store, and how the run ended that filled it, if there was one.
+
+    Exits with 1 if a checked store is damaged, and with 3 at the time limit.
+    """
     from capsule_sym._sweeps.results import info_record
 
-    record = info_record(store, check)
+    record = {**(ended or {}), **info_record(store, check)}
     present.result(lambda: record, lambda: show_store(record), as_json)
     if record.get("damaged_parts"):
         raise click.exceptions.Exit(1)
-
-
-def _tell(record: dict[str, Any], as_json: bool) -> None:
-    """Print the summary of a run; exits with 3 at the time limit, with the way to continue."""
-    present.result(lambda: record, lambda: show_store(record), as_json)
-    if record["status"] == "time-limit":
+    if record.get("status") == "time-limit":
         present.fail(f"the run ends ({record['status']}): {record['message']}")
 
 
-def _summary(summary: Any, periods: int, store: str) -> dict[str, Any]:
-    from capsule_sym._sweeps.results import info_record
-
+def _ended(summary: Any, periods: int) -> dict[str, Any]:
     ended = {name: getattr(summary, name) for name in ("success", "status", "message")}
     rate = summary.periods_per_second_and_core(periods)
-    more = {**summary.statistics, "periods_per_second_and_core": rate}
-    return ended | more | info_record(Path(store))
+    return ended | {**summary.statistics, "periods_per_second_and_core": rate}
 
 
-@contextmanager
-def _executor(**how: Any) -> Iterator[dict[str, Any]]:
-    """Arguments of `run_sweep`, with a progress bar."""
-    with bars.counting() as progress:
-        command = shlex.join(["capsule-sym", *sys.argv[1:]])
-        yield {**how, "command": command, "progress": progress}
+def _line() -> str:
+    """The command, which a store keeps."""
+    return shlex.join(["capsule-sym", *sys.argv[1:]])

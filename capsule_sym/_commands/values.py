@@ -56,19 +56,24 @@ class Range(click.ParamType):  # type: ignore[type-arg]
 
 
 class Named(click.ParamType):  # type: ignore[type-arg]
-    """NAME=VALUE as a pair of a name and a value of a type; with `bare` NAME alone gives None."""
+    """NAME=VALUE as a pair of a name and a value of a type; the `optional` part may be None."""
 
-    def __init__(self, of: Any = None, example: str = "alpha=0.1:2", bare: bool = False) -> None:
-        self.of, self.example, self.bare = of or Range(), example, bare
+    def __init__(
+        self, of: Any = None, example: str = "alpha=0.1:2", optional: str | None = None
+    ) -> None:
+        self.of, self.example, self.optional = of or Range(), example, optional
         value = self.of.name if isinstance(self.of, Range) else "VALUE"
-        self.name = f"NAME[={value}]" if bare else f"NAME={value}"
+        shown = {"name": "[NAME=]{}", "value": "NAME[={}]", None: "NAME={}"}
+        self.name = shown[optional].format(value)
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Name and value of a text."""
         if isinstance(value, tuple):
             return value
         name, mark, text = value.partition("=")
-        if not name or not (mark or self.bare):
+        if self.optional == "name" and not mark:
+            return None, self.of.convert(value, param, ctx)
+        if not name or not (mark or self.optional):
             shown = param.metavar or self.name
             self.fail(f"{value!r} is not {shown}, such as {self.example}", param, ctx)
         return name.strip().replace("-", "_"), self.of.convert(text, param, ctx) if mark else None

@@ -83,7 +83,6 @@ class Fit(Result):
     """Final state of the least squares."""
     growth: Vector
     """Growth of the sum with one value off by a standard error, the others refitted, (k,)."""
-    _good = (Status.CONVERGED,)
     _recorded = "evaluations values standard_errors covariance"
 
     @property

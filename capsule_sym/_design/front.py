@@ -51,7 +51,6 @@ class Front(Result, Labelled):
     message: str
     """Status as a sentence."""
     dimension = "point"
-    _good = (Status.OPTIMAL,)
     _recorded = "metrics maximised parts statistics"
 
     @property

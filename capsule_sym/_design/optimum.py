@@ -108,7 +108,6 @@ class Optimum(Result):
     """Limit value at such a border; a margin keeps the optimum away from it."""
     statistics: dict[str, int] = field(default_factory=dict)
     """Number of evaluations, followed starts, and cells of the survey."""
-    _good = (Status.OPTIMAL, Status.OPTIMAL_AT_BORDER)
     _recorded = (
         "metric maximised value over metrics itinerary residual constraints bounds slopes "
         "multiplier tightest border sides bifurcation limit statistics"

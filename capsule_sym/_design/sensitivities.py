@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import Status, check_one_of, counted
+from capsule_sym._errors import Ended, Status, check_one_of, counted
 from capsule_sym._map import Trajectory, evaluation
 from capsule_sym._map.backend import backend
 from capsule_sym._map.checks import checked_seconds
@@ -39,7 +39,7 @@ def columns_of(scene: Scene) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Sensitivities:
+class Sensitivities(Ended):
     """Derivatives of a run by its start and the parameters; dimensionless.
 
     The last axis has a column for each of `columns`: x_r, v_r, v_c and phase at the start, and the
@@ -70,11 +70,6 @@ class Sensitivities:
     def columns(self) -> tuple[str, ...]:
         """Names of the variables of the derivatives."""
         return columns_of(self.scene)
-
-    @property
-    def success(self) -> bool:
-        """True if all derivatives were computed."""
-        return self.status is Status.FINISHED
 
     @property
     def message(self) -> str:

@@ -9,32 +9,23 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from capsule_sym._errors import Status
+from capsule_sym._errors import Ended
 
 
-class Result:
+class Result(Ended):
     """A result with a status and a message.
 
     A class of results declares its fields, and names those of its record.
     """
 
     __slots__ = ()
-    _good: ClassVar[tuple[Enum, ...]] = (Status.FINISHED,)
-    """Statuses of success."""
     _recorded: ClassVar[str] = ""
     """Names in the record besides status and message, separated by spaces."""
 
-    if TYPE_CHECKING:  # fields or properties of each result
+    if TYPE_CHECKING:  # a field or a property of each result
 
-        @property
-        def status(self) -> Enum: ...
         @property
         def message(self) -> str: ...
-
-    @property
-    def success(self) -> bool:
-        """True if the result is complete; otherwise `status` and `message` give the reason."""
-        return self.status in self._good
 
     def attributes(self) -> dict[str, Any]:
         """Status and message."""

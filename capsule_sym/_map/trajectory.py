@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import InvalidInput, Status, check_one_of, counted
+from capsule_sym._errors import Ended, InvalidInput, Status, check_one_of, counted
 from capsule_sym._map import evaluation
 from capsule_sym._map.backend import Number
 from capsule_sym._map.checks import check_count
@@ -78,7 +78,7 @@ class Kept:
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory(Labelled):
+class Trajectory(Ended, Labelled):
     """Result of a run of the exact map: the kept data, status and statistics.
 
     All quantities are dimensionless. Access to data that were not kept raises InvalidInput. Arrays
@@ -149,11 +149,6 @@ class Trajectory(Labelled):
     def scene(self) -> Scene:
         """Scene of the parameters."""
         return self.parameters.scene
-
-    @property
-    def success(self) -> bool:
-        """True if the run finished all its periods."""
-        return self.status is Status.FINISHED
 
     @property
     def segments(self) -> Sequence[Segment]:

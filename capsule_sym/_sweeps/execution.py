@@ -16,7 +16,7 @@ from secrets import token_hex
 from time import perf_counter
 from typing import Any
 
-from capsule_sym._errors import CapsuleError, Status, counted
+from capsule_sym._errors import CapsuleError, Ended, Status, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.result import brief
 from capsule_sym._native import TimeUp, Watch, check_time, present
@@ -41,7 +41,7 @@ class Lost(CapsuleError):
 
 
 @dataclass(frozen=True)
-class Summary:
+class Summary(Ended):
     """Summary of a run: all cells, cells computed now, damaged parts found, seconds, workers.
 
     A damaged part is a chunk or a file beside the chunks; each is computed or written again.
@@ -63,11 +63,6 @@ class Summary:
             return Status.TIME_LIMIT
         failed = self.outcomes.get(CellOutcome.FAILED.name.lower(), 0)
         return Status.FAILED if failed else Status.COMPLETE
-
-    @property
-    def success(self) -> bool:
-        """True if all requested quantities of every cell are computed."""
-        return self.status is Status.COMPLETE
 
     @property
     def message(self) -> str:

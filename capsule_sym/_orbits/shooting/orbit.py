@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import InvalidInput, Outcome, Status, check_one_of, counted
+from capsule_sym._errors import Ended, InvalidInput, Outcome, Status, check_one_of, counted
 from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.checks import checked_seconds
@@ -54,7 +54,7 @@ _UNSOLVED = {
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit(Labelled):
+class Orbit(Ended, Labelled):
     """Periodic orbit modulo drift: a solution z of its itinerary's equations.
 
     `values` are the parameters of the scene in their order. `z` has the state (x_r, v_r, v_c), the
@@ -114,11 +114,6 @@ class Orbit(Labelled):
         """CONVERGED if the residual is within rounding, else NOT_CONVERGED."""
         solved = solved_to_rounding(self.numbers, self.system, self.z)
         return Status.CONVERGED if solved else Status.NOT_CONVERGED
-
-    @property
-    def success(self) -> bool:
-        """True if this is an orbit; otherwise `status` and `message` give the reason."""
-        return self.status is Status.CONVERGED
 
     @property
     def message(self) -> str:
@@ -235,11 +230,6 @@ class NoOrbit(Orbit):
     def scene(self) -> Scene:
         """Scene of the parameters."""
         return self._scene  # type: ignore[no-any-return]
-
-    @property
-    def success(self) -> bool:
-        """False."""
-        return False
 
     @property
     def message(self) -> str:

@@ -17,7 +17,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._errors import Ended, InvalidInput, Status
 from capsule_sym._map import Segment, Trajectory
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.checks import checked_seconds
@@ -257,7 +257,7 @@ def jacobian(trajectory: Trajectory, *, max_seconds: float = math.inf) -> NDArra
 
 
 @dataclass(frozen=True, eq=False)
-class LyapunovExponents:
+class LyapunovExponents(Ended):
     """The three Lyapunov exponents along a trajectory, per unit of time, dimensionless."""
 
     values: NDArray[np.float64]
@@ -267,11 +267,6 @@ class LyapunovExponents:
     status: Status
     """FINISHED or TIME_LIMIT."""
     __repr__ = by_fields
-
-    @property
-    def success(self) -> bool:
-        """True if they cover all of the trajectory after the transient."""
-        return self.status is Status.FINISHED
 
     @property
     def message(self) -> str:

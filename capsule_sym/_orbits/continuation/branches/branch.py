@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import InvalidInput, Status, check_one_of, counted
+from capsule_sym._errors import Ended, InvalidInput, Status, check_one_of, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import brief
 from capsule_sym._orbits.continuation.families.crossing import Continuation, keeps_images
@@ -72,7 +72,7 @@ def ends(points: Sequence[_Point]) -> dict[str, _Point]:
 
 
 @dataclass(frozen=True)
-class Branch(Labelled):
+class Branch(Ended, Labelled):
     """Orbits along a branch and its bifurcations, both in order, and the reason for its end.
 
     `axis` has the varied parameter and its range. `origin` is the label of the bifurcation at which
@@ -106,11 +106,6 @@ class Branch(Labelled):
     def attributes(self) -> dict[str, Any]:
         """Status and message of the branch's end, and the label of its origin."""
         return {"status": str(self.status), "message": self.message, "origin": self.origin}
-
-    @property
-    def success(self) -> bool:
-        """True if the branch reaches the target value."""
-        return self.status is Status.REACHED
 
     @property
     def statistics(self) -> dict[str, Any]:

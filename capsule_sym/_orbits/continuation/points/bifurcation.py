@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._errors import Ended, InvalidInput, Status
 from capsule_sym._map.backend import backend
 from capsule_sym._map.result import brief
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
@@ -29,7 +29,7 @@ def sorted_multipliers(orbit: Orbit) -> tuple[complex, ...]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolvedPoint:
+class SolvedPoint(Ended):
     """Orbit that fulfils conditions, with the accuracy of the solution.
 
     `residual` is the largest entry of all equations and conditions, `iterations` the number of
@@ -40,11 +40,6 @@ class SolvedPoint:
     residual: float
     iterations: int
     status: Status
-
-    @property
-    def success(self) -> bool:
-        """True if the equations are solved."""
-        return self.status is Status.CONVERGED
 
 
 @dataclass(frozen=True, kw_only=True)
