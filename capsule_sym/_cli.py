@@ -17,7 +17,7 @@ from typing import NoReturn, TextIO
 import click
 
 from capsule_sym._commands.signature import Command
-from capsule_sym._commands.values import meant
+from capsule_sym._commands.values import number_meant
 from capsule_sym._errors import CapsuleError, InvalidInput, NotInstalled, counted, suggestion
 from capsule_sym._figures.sizes import UNLISTED
 
@@ -178,7 +178,7 @@ def _ended(arguments: list[str], commands: click.Group) -> int:
         given = re.match(r"'(.*?)' is .*?(?:valid float|not one of|none of)(.*)", error.message)
         if given and not message.endswith("?"):
             close = suggestion(given[1], re.findall(r"[\w-]+", given[2]))
-            more = meant(given[1]) or close.replace("; did", " Did")
+            more = number_meant(given[1]) or close.replace("; did", " Did")
         return _complain(message + more, 2)
     except click.NoSuchOption as error:
         return _complain(_elsewhere(error) or error.format_message(), 2)

@@ -68,8 +68,8 @@ def attractors(
     if periods is not None:
         how["periods"] = periods
     found: capsule_sym.results.Attractors | capsule_sym.results.ContinuedAttractors
-    with bars.stoppable(limit, "Settling") as tell:
-        how["progress"] = lambda done, total: tell(f"{done:,} of {counted(total, 'run')}")
+    with bars.stoppable(limit, "Settling") as report:
+        how["progress"] = lambda done, total: report(f"{done:,} of {counted(total, 'run')}")
         if over is None:
             found = capsule_sym.attractors(parameters, starts, **how)
         else:

@@ -129,7 +129,7 @@ def branch(
     ended = next(late, found[0])
     if limit.stopped:
         raise KeyboardInterrupt(_goes_on(ended, out, end))
-    tell_early_end(ended)
+    fail_if_early(ended)
 
 
 def _range(along: _Range | None) -> tuple[str, float, float]:
@@ -150,7 +150,7 @@ def _goes_on(ended: capsule_sym.results.Branch, out: Path | None, end: float) ->
     return f"--restart {file} {label} --to {end:g} continues this branch"
 
 
-def tell_early_end(found: capsule_sym.results.Branch) -> None:
+def fail_if_early(found: capsule_sym.results.Branch) -> None:
     """Exit with 3, and the reason, if a branch ends before its final value."""
     if found.status is not capsule_sym.results.Status.REACHED:
         present.fail_early("the branch ends", found)

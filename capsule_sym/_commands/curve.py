@@ -8,7 +8,7 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.branch import followed, tell_early_end
+from capsule_sym._commands.branch import fail_if_early, followed
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
 from capsule_sym._texts import bars
@@ -129,7 +129,7 @@ def _of_kind(
     if not found.bifurcations or (
         not chosen and found.status is capsule_sym.results.Status.TIME_LIMIT
     ):
-        tell_early_end(found)
+        fail_if_early(found)
     if not chosen:
         types = sorted({one.type for one in found.bifurcations})
         low, high = (point.value for point in (found.points[0], found.points[-1]))

@@ -47,7 +47,7 @@ def explore(
     path = out or Path(gettempdir()) / _NAME
     write_whole(path, page(), "--out")
     if as_json:
-        present.tell_written(path, as_json=True)
+        present.report_written(path, as_json=True)
     else:
         click.echo(path)
     if out is None and opens:

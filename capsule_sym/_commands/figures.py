@@ -146,19 +146,19 @@ def figure(
     if (by_name or is_sweep) and len(subjects) > 1:
         raise click.UsageError(f"{first} is drawn alone: leave {subjects[1]} out")
     with _chosen_view(xlim, ylim):
-        told: dict[str, Any]
+        about: dict[str, Any]
         if by_name:
             _check_own(system, "figures by name", first)
-            drawn, told = _of_name(first, picture, system, colours), {"figure": first}
+            drawn, about = _of_name(first, picture, system, colours), {"figure": first}
         elif is_sweep:
             _check_own(system, "sweeps", first)
-            drawn, told = _of_sweep(system, Path(first), quantity, kind, curves, picture.width)
+            drawn, about = _of_sweep(system, Path(first), quantity, kind, curves, picture.width)
         else:
             paths = [*map(Path, subjects)]
-            drawn, told = _of_files(system, paths, quantity or "x_r", picture.width)
+            drawn, about = _of_files(system, paths, quantity or "x_r", picture.width)
     capsule_sym.figures.save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
     files = (picture.out, picture.out.with_suffix(".csv")) if picture.data else (picture.out,)
-    present.tell_written(*files, as_json=as_json, **told)
+    present.report_written(*files, as_json=as_json, **about)
 
 
 @contextmanager
@@ -245,15 +245,15 @@ def _of_sweep(
             }
         if kind is None:
             kind = "basin" if "attractor" in results else "chart"
-        told = {"figure": kind}
+        about = {"figure": kind}
         if kind == "chart":
-            return capsule_sym.figures.plot_chart(results, lines, width=wide), told
+            return capsule_sym.figures.plot_chart(results, lines, width=wide), about
         if lines:
             raise click.UsageError(f"--curve is for a chart, and this is {kind}")
         draw = (
             capsule_sym.figures.plot_basin if kind == "basin" else capsule_sym.figures.plot_pareto
         )
-        return draw(results, width=wide), told
+        return draw(results, width=wide), about
 
 
 def _curves(path: Path) -> list[Any]:

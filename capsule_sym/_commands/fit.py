@@ -90,7 +90,7 @@ def fit(
     if not (unknown or rig):
         raise click.UsageError("give --unknown for each unknown")
     options.check_beside("seed", needs=("starts",))
-    with bars.telling("Fitting") as progress:
+    with bars.reporting("Fitting") as progress:
         watch = Watch(checked_seconds(how["max_seconds"]))
         if rig:
             how = {name: how[name] for name in how if name not in ("state", "phase")}

@@ -94,7 +94,7 @@ def optimise(
     how["subject_to"] = subject_to
     found: capsule_sym.results.Optimum | capsule_sym.results.Front
     show: Callable[[], None]
-    with bars.telling("Optimising") as progress:
+    with bars.reporting("Optimising") as progress:
         how["progress"] = progress
         if against is None:
             found = one = capsule_sym.optimise(metric, over, which, among=among, **how)

@@ -14,7 +14,7 @@ from click.core import ParameterSource
 
 from capsule_sym._commands.signature import RANGES, WORDS, OptionGroup, Setting, flagged, option
 from capsule_sym._commands.values import Named as Named
-from capsule_sym._commands.values import Range, Seconds, WritablePath, meant
+from capsule_sym._commands.values import Range, Seconds, WritablePath, number_meant
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._parameters import (
     CAPSULE,
@@ -92,8 +92,8 @@ class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
             try:
                 return float(click.FLOAT(value, param, ctx))
             except click.BadParameter as error:
-                more = meant(value, 1 + self.range.counted)
-                if not more and meant(value, 1):  # a range without its count
+                more = number_meant(value, 1 + self.range.counted)
+                if not more and number_meant(value, 1):  # a range without its count
                     more = f" A range is {self.range.name}, such as 0.1:2:20."
                 self.fail(error.message + more, param, ctx)
         ctx.meta.setdefault(RANGES, {})[param.name] = self.range.convert(value, param, ctx)

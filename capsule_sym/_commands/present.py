@@ -151,7 +151,7 @@ def fail_early(what: str, found: Any) -> NoReturn:
     fail(f"{what} ({found.status.value}): {found.message}")
 
 
-def tell_written(*paths: Path, as_json: bool, **more: Any) -> None:
+def report_written(*paths: Path, as_json: bool, **more: Any) -> None:
     """Name written files on stderr, or with --json on stdout, each with its size."""
     if as_json:
         import json

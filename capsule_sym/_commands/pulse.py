@@ -72,7 +72,7 @@ def pulse(
         raise InvalidInput("--over", list(over), "one parameter of the drive")
     parameters, device = system.load()
     limit = Watch(max_seconds)
-    with bars.stoppable(limit, "Switching") as tell:
+    with bars.stoppable(limit, "Switching") as report:
         ends = _motions(parameters, (state, to), between, windows, limit, as_json)
         try:
             found = capsule_sym.switch_by_pulse(
@@ -83,7 +83,7 @@ def pulse(
                 least=least,
                 tolerances=tolerances,
                 max_seconds=limit.left,
-                progress=tell,
+                progress=report,
             )
         except InvalidInput as error:
             if error.field != "end":

@@ -57,7 +57,7 @@ def shock(
 
     parameters, device = system.load()
     limit = Watch(max_seconds)
-    with bars.stoppable(limit, "Knocking:") as tell:
+    with bars.stoppable(limit, "Knocking:") as report:
         orbit = settled(parameters, state, limit, as_json)
         found = capsule_sym.minimal_shock(
             orbit,
@@ -67,7 +67,7 @@ def shock(
             periods=periods,
             seed=seed,
             max_seconds=limit.left,
-            progress=tell,
+            progress=report,
         )
     extra = {} if device is None else {"si": _in_si(found, device)}
     show, drawn = partial(show_shock, found, device), found.phase is not None

@@ -100,7 +100,7 @@ def sweep(
         for one in click.get_current_context().command.params:
             if one.name not in ("info", "check", "as_json"):
                 options.check_beside(str(one.name), never=("info",))
-        return _tell(info, as_json, check=check)
+        return _print_store(info, as_json, check=check)
     options.check_beside("metric", never=("plan",))
     over = options.ranges()
     settings: dict[str, Any] = {"periods": periods, "compute": compute and compute.split(",")}
@@ -128,7 +128,7 @@ def sweep(
             drawn = capsule_sym.figures.plot_metric(results.load(), metric)
         capsule_sym.figures.save_figure(drawn, picture := Path(store) / f"{metric}.svg")
         click.echo(f"wrote {picture}", err=True)
-    _tell(Path(store), as_json, _ended(summary, loaded.periods))
+    _print_store(Path(store), as_json, _ended(summary, loaded.periods))
 
 
 def _over(
@@ -180,10 +180,10 @@ def basin(
     chosen = capsule_sym.inputs.Sweep(axes, parameters, state, periods=periods)
     with bars.counting() as progress:
         summary, _ = capsule_sym.run_basin(chosen, store, command=_line(), progress=progress, **how)
-    _tell(Path(store), as_json, _ended(summary, periods))
+    _print_store(Path(store), as_json, _ended(summary, periods))
 
 
-def _tell(store: Path, as_json: bool, ended: Any = None, check: bool = False) -> None:
+def _print_store(store: Path, as_json: bool, ended: Any = None, check: bool = False) -> None:
     """Print the contents of a store, and how the run ended that filled it, if there was one.
 
     Exits with 1 if a checked store is damaged, and with 3 at the time limit.

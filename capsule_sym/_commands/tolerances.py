@@ -58,7 +58,7 @@ def tolerances(
         if name in over:
             raise InvalidInput("--normal", name, "a parameter without --tolerance")
         over[name] = _normal(which, name, share)
-    with bars.telling("Sampling") as progress:
+    with bars.reporting("Sampling") as progress:
         found = capsule_sym.tolerances(
             metric or ("velocity",),
             over,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _DASH = r"(?<=\d)(-|–|\.\.|;)(?=[-\d.])"  # separators between numbers, other than a colon
 
 
-def meant(text: str, marks: int = 0) -> str:
+def number_meant(text: str, marks: int = 0) -> str:
     """Suggestion "Did you mean ...?" for a mistyped number, or several with `marks` colons.
 
     Empty if no suggestion fits: 0,7 suggests 0.7, and 0.1-2 and 0.1,2 suggest 0.1:2.
@@ -50,8 +50,8 @@ class Range(click.ParamType):  # type: ignore[type-arg]
             numbers = ()
         if len(numbers) != 2 + self.counted or min(numbers[2:], default=1) < 1:
             example = "0.1:2:20" if self.counted else "0.1:2"
-            told = f"{value!r} is not {self.name}, such as {example}."
-            self.fail(told + meant(value, 1 + self.counted), param, ctx)
+            reason = f"{value!r} is not {self.name}, such as {example}."
+            self.fail(reason + number_meant(value, 1 + self.counted), param, ctx)
         return numbers
 
 
@@ -123,6 +123,6 @@ class WritablePath(click.Path):
         try:
             TemporaryFile(dir=there).close()
         except OSError:
-            told = f"{str(path)!r} cannot be written: {there} is not a writable directory"
-            self.fail(told, param, ctx)
+            reason = f"{str(path)!r} cannot be written: {there} is not a writable directory"
+            self.fail(reason, param, ctx)
         return path

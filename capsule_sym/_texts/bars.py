@@ -74,7 +74,7 @@ def progress(
 
 
 @contextmanager
-def telling(text: str) -> Iterator[Callable[[str], object]]:
+def reporting(text: str) -> Iterator[Callable[[str], object]]:
     """Show progress texts of long work on stderr, if it is a terminal."""
     with progress(text) as update:
         yield lambda said: update(description=f"{text}: {said}".removeprefix(": "))
@@ -135,11 +135,11 @@ def stoppable(limit: Watch, text: str) -> Iterator[Callable[[str], object]]:
 
     before = signal.signal(signal.SIGINT, stop)
     with progress(text) as update:
-        told = TOLD.set(lambda said: update(description=f"{text} {said}"))
+        token = TOLD.set(lambda said: update(description=f"{text} {said}"))
         try:
             yield TOLD.get()
         finally:
-            TOLD.reset(told)
+            TOLD.reset(token)
             Watch.interrupted = False
             signal.signal(signal.SIGINT, before)
 

@@ -27,8 +27,8 @@ def show_optimum(found: capsule_sym.results.Optimum) -> None:
             rows.append((name.replace("_", " "), tables.with_unit(value, units.get(name, ""))))
         for one in found.constraints:
             held = f"active, {one.multiplier:.4g} per unit"
-            told = held if one.active else f"{one.slack:.4g} left"
-            rows.append(("constraint", f"{one.text}: {told}"))
+            state = held if one.active else f"{one.slack:.4g} left"
+            rows.append(("constraint", f"{one.text}: {state}"))
         if found.border is not None:
             rows.append(("on a border", " | ".join(found.border)))
         near = found.tightest
@@ -131,12 +131,12 @@ def show_tolerances(found: capsule_sym.results.Tolerances) -> None:
     ]
     tables.table(heads, rows, right=heads[2:], gap=2)
     click.echo()
-    told = {
+    risks = {
         "periodic motion": found.periodic,
         "another itinerary": found.changed,
         "another attractor": found.elsewhere,
         "the motion is lost": found.lost,
     }
     tables.grid(
-        (name, f"{one.value:.4g} ({one.low:.4g} to {one.high:.4g})") for name, one in told.items()
+        (name, f"{one.value:.4g} ({one.low:.4g} to {one.high:.4g})") for name, one in risks.items()
     )

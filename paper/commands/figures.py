@@ -44,7 +44,7 @@ def figure(
         drawn = describe(FIGURES[name].drawn(study), FIGURES[name].title)
     save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
     files = (picture.out, picture.out.with_suffix(".csv")) if picture.data else (picture.out,)
-    present.tell_written(*files, as_json=as_json, figure=name)
+    present.report_written(*files, as_json=as_json, figure=name)
 
 
 @command(further=options.paper_alone)
@@ -73,4 +73,4 @@ def report(
     with bars.tracking(lines=True) as track:
         write(out, colours, track, processors())
     files = (out, out.parent / EXPLORER) if as_json else (out,)
-    present.tell_written(*files, as_json=as_json)
+    present.report_written(*files, as_json=as_json)

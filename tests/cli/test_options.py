@@ -8,7 +8,7 @@ import pytest
 
 from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, solve_orbit
 from capsule_sym._cli import _status
-from capsule_sym._commands.values import meant
+from capsule_sym._commands.values import number_meant
 from capsule_sym._map.steady import shown_progression
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
@@ -183,7 +183,7 @@ def test_a_wrong_line_is_refused_in_one_line(line, told, inside, tmp_path) -> No
     ],
 )
 def test_what_is_near_a_number_or_a_range_is_suggested(text: str, marks: int, told: str) -> None:
-    assert meant(text, marks) == (f" Did you mean {told}?" if told else "")
+    assert number_meant(text, marks) == (f" Did you mean {told}?" if told else "")
 
 
 def test_a_device_is_told_how_to_become_parameters() -> None:
