@@ -150,6 +150,7 @@ def _read(
 ) -> tuple[list[click.Parameter], dict[str, Any]]:
     """Options of a function on a line of these words, and groups of them by parameter."""
     texts, hints = _texts(function)[1], get_type_hints(function, include_extras=True)
+    assert texts.keys() <= hints.keys(), f"{function.__name__}: {texts.keys() - hints.keys()}"
     parameters, joined = list[click.Parameter](), dict[str, Any]()
     for name, one in inspect.signature(function).parameters.items():
         hint = hints[name]
