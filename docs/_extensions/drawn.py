@@ -24,11 +24,11 @@ NARROW = 3.6
 """Width, in inches, of the picture for phones: its letters have the size of those of the page."""
 
 
-def _draw(text: str, out: Path) -> None:
+def _draw(text: str, out: Path, alone: bool) -> None:
     """Save the figure that the last line of a block gives as `out`.wide.svg.
 
     If this line calls a function that takes a width, `out`.narrow.svg is drawn from the same
-    arguments.
+    arguments; `alone`, in place of the other.
     """
     *before, last = ast.parse(text).body
     assert isinstance(last, ast.Expr)
@@ -43,6 +43,8 @@ def _draw(text: str, out: Path) -> None:
     draw = eval(ast.unparse(call.func), names)
     with contextlib.suppress(InvalidInput):  # a figure that does not fit into a column
         draw(*given, **chosen | {"width": NARROW}).savefig(f"{out}.narrow.svg")
+        if alone:
+            return
     draw(*given, **chosen).savefig(f"{out}.wide.svg")
 
 
@@ -82,19 +84,22 @@ class Drawn(SphinxDirective):
         for one in beside:
             self.env.note_dependency(str(one))
         device = re.findall(r"^```toml\n(.*?)^```$", page, re.M | re.S)[-1:]
+        alone, bare = "alone" in self.options, {"alone", "bare"} & set(self.options)
         known = "".join([text, *device]).encode() + b"".join(one.read_bytes() for one in beside)
         name = hashlib.sha256(known).hexdigest()[:16]
         folder = Path(self.env.app.doctreedir) / "drawn"
-        if not (folder / f"{name}.wide.svg").exists():
+        if not list(folder.glob(f"{name}.{'*' if alone else 'wide'}.svg")):
             folder.mkdir(exist_ok=True)
             with tempfile.TemporaryDirectory() as empty, contextlib.chdir(empty):
                 for given in device:
                     Path("device.toml").write_text(given, encoding="utf-8")
                 for one in beside:
                     shutil.copy(one, empty)
-                (_command if shell else _draw)(text, folder / name)
+                if shell:
+                    _command(text, folder / name)
+                else:
+                    _draw(text, folder / name, alone)
         widths = [one for one in ("wide", "narrow") if (folder / f"{name}.{one}.svg").exists()]
-        alone, bare = "alone" in self.options, {"alone", "bare"} & set(self.options)
         shown: list[nodes.Node] = []
         for width in widths[-1:] if alone else widths:
             uri = f"/{os.path.relpath(folder, self.env.srcdir)}/{name}.{width}.svg"

@@ -24,15 +24,6 @@ def pages() -> list[Path]:
     return sorted(SITE.rglob("*.html"))
 
 
-@pytest.fixture(scope="module")
-def documented() -> set[str]:
-    """Every name of Python that has a place in the pages."""
-    inventory = pytest.importorskip("sphinx.util.inventory")
-    with (SITE / "objects.inv").open("rb") as file:
-        loaded = inventory.InventoryFile.load(file, "", lambda base, path: path)
-    return {name for kind in loaded if kind.startswith("py:") for name in loaded[kind]}
-
-
 def test_names_of_other_packages_link_to_their_pages() -> None:
     """No inventory is read at the build: each name has to be one of its package."""
     package = r"numpy|scipy|matplotlib|pandas"
@@ -55,7 +46,12 @@ def test_a_sentence_with_a_colon_is_not_torn_apart() -> None:
     assert torn == []
 
 
-def test_every_name_that_an_example_imports_is_documented(documented) -> None:
+def test_every_name_that_an_example_imports_is_documented() -> None:
+    """Every name of Python that has a place in the pages is in the inventory."""
+    inventory = pytest.importorskip("sphinx.util.inventory")
+    with (SITE / "objects.inv").open("rb") as file:
+        loaded = inventory.InventoryFile.load(file, "", lambda base, path: path)
+    documented = {name for kind in loaded if kind.startswith("py:") for name in loaded[kind]}
     imported = {
         f"{module}.{name.strip()}"
         for page in [README, *PAGES]
