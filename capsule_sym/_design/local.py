@@ -7,12 +7,13 @@ beside the border; `stationary` then solves the conditions of an optimum there.
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.program import CLOSE, Place
+from capsule_sym._design.pieces import Piece
+from capsule_sym._design.program import CLOSE, Place, Program
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, check_time
 
@@ -26,16 +27,6 @@ class _Enough(Exception):
     """Raised if a search makes no further progress."""
 
 
-class SearchModel(Protocol):
-    """Objective and constraints of a search."""
-
-    def by_u(self, rows: Matrix) -> Matrix:
-        """Derivatives by the scaled variables, from those by all parameters."""
-
-    def beside(self, near: Place, u: Vector) -> Place | None:
-        """Place at variables next to a known one; None if there is none."""
-
-
 class LocalSearch:
     """Search from a place, with the places it passed; no variable moves beyond `reach`.
 
@@ -43,7 +34,7 @@ class LocalSearch:
     objectives.
     """
 
-    def __init__(self, model: SearchModel, first: Place, reach: float = 1.0) -> None:
+    def __init__(self, model: Program | Piece, first: Place, reach: float = 1.0) -> None:
         self.model, self.first, self.evaluations = model, first, 1
         self.low, self.high = np.maximum(first.u - reach, 0.0), np.minimum(first.u + reach, 1.0)
         self.known = {first.u.tobytes(): first}

@@ -188,7 +188,7 @@ class Optimisation:
             kind, place = BASIN, self.inset(place)
         elif not self.stable(place):
             kind = bifurcation_of(motion)
-        found = balanced(self.program, place)
+        found, limit = balanced(self.program, place), min(limit, place.worst)
         return LocalOptimum(self.program, found, kkt_satisfied=True, bifurcation=kind, limit=limit)
 
     def at_basin_boundary(self, place: Place, close: float = CLOSE) -> bool:

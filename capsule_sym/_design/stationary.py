@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.program import CLOSE, Place
+from capsule_sym._design.pieces import Piece
+from capsule_sym._design.program import CLOSE, Place, Program
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import package
 
@@ -29,20 +29,6 @@ _ACTIVE = 1e-8, 1e-5, 1e-2  # slacks, in their units, below which constraints ma
 _STEPS = 10  # steps of Newton's method, which doubles the digits: five suffice, or it diverges
 _ENOUGH = 1e-13  # residual that rounding leaves
 _DIFFERENCE = 1e-5  # share of the range: square root of the rounding of gradients, for differences
-
-
-class Slopes(Protocol):
-    """Model with derivatives by its variables."""
-
-    def by_u(self, rows: Matrix) -> Matrix:
-        """Derivatives by the variables, from those by all parameters."""
-
-
-class SmoothModel(Slopes, Protocol):
-    """Model to solve."""
-
-    def at(self, u: Vector) -> Place | None:
-        """Objectives and slacks at variables, in a fixed order; None if an orbit is lost."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +50,7 @@ class Stationary:
     signs of a minimum, and the curvature along the active constraints is not negative."""
 
 
-def stationary(model: SmoothModel, place: Place) -> Stationary | None:
+def stationary(model: Piece, place: Place) -> Stationary | None:
     """Stationary place next to a place; None if no active set has one."""
     for near in _ACTIVE:
         with suppress(np.linalg.LinAlgError):  # at a fold, or where an orbit is lost
@@ -74,7 +60,7 @@ def stationary(model: SmoothModel, place: Place) -> Stationary | None:
     return None
 
 
-def balanced(model: Slopes, place: Place, near: float = _ACTIVE[-1]) -> Stationary:
+def balanced(model: Program | Piece, place: Place, near: float = _ACTIVE[-1]) -> Stationary:
     """Multipliers of the constraints near to 0 that balance the slopes best, and the residual.
 
     No equations are solved, so that several borders may coincide.
@@ -92,7 +78,7 @@ class _Balance:
     `side` is -1 for a variable at its lower bound, 1 at its upper bound, 0 between.
     """
 
-    def __init__(self, model: Slopes, place: Place) -> None:
+    def __init__(self, model: Program | Piece, place: Place) -> None:
         self.by_u, self.count = model.by_u, len(place.objective)
         low, high = place.u < CLOSE, place.u > 1 - CLOSE
         self.u, self.side = np.where(low, 0.0, np.where(high, 1.0, place.u)), 1 * high - low
@@ -134,7 +120,7 @@ class _Balance:
 class _Conditions(_Balance):
     """Equations of a stationary place, solved by Newton's method."""
 
-    def __init__(self, model: SmoothModel, place: Place) -> None:
+    def __init__(self, model: Piece, place: Place) -> None:
         super().__init__(model, place)
         self.model = model
         self.free = np.append(self.side == 0, True)

@@ -1,5 +1,6 @@
 """Sensitivities, fits and optima of scenes other than the paper's."""
 
+import math
 import re
 
 import numpy as np
@@ -128,7 +129,7 @@ def test_an_optimum_beyond_which_the_start_leads_elsewhere_names_the_boundary() 
         M_m=0.0018, M_c=0.0017, k1=62, k_front=54000, k_back=28000, c=0.016, G_front=0.0016,
         G_back=0.00015, P_d=0.0091, P_low=0, duty=0.6, Omega=260, mu=0.23, mu_back=0.23,
     )  # fmt: skip
-    found = cs.optimise("velocity", {"Omega": (250, 300)}, device, samples=16)
+    found = cs.optimise("velocity", {"Omega": (250, 300)}, device, samples=16, max_seconds=math.inf)
     assert (found.status, found.bifurcation) == ("optimal-at-border", "basin boundary")
     assert found.limit == pytest.approx(found.value, rel=1e-12)
 
@@ -148,7 +149,9 @@ def test_an_optimum_beyond_which_the_start_leads_elsewhere_names_the_boundary() 
 def test_a_search_that_ends_where_the_drive_drags_the_device_says_so() -> None:
     """The velocity grows with the mean force, alpha D, up to friction, 1: there is no best."""
     bounds = {"D": (0.2, 0.9)}
-    found = cs.optimise("velocity", bounds, cs.scenes.prototype.Parameters(alpha=2))
+    found = cs.optimise(
+        "velocity", bounds, cs.scenes.prototype.Parameters(alpha=2), max_seconds=math.inf
+    )
     assert (found.status, 2 * found.system.D > 0.99) == ("optimal-at-border", True)
     told = r"; there the mean force of drive and load, (0\.99\d*|1), nearly reaches friction, 1$"
     assert re.search(told, found.message)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.experiments.kept import Record, kept
+from benchmarks.experiments.optima.answers import LIMIT
 from benchmarks.experiments.optima.brute import AT_ONCE, cells
 from benchmarks.experiments.optima.motions import Vector
 from benchmarks.experiments.optima.problems import Problem, problem, valued
@@ -91,7 +92,7 @@ def judged(number: int, known: Record, points: int) -> Record:
     """Number of points of a front that cells beat, the excess, and the front's largest hole."""
     given, cost = front(number)
     clock = time.process_time()
-    found = pareto(given.metric, cost, given.over, given.base, points=points)
+    found = pareto(given.metric, cost, given.over, given.base, points=points, max_seconds=LIMIT)
     seconds = time.process_time() - clock
     values, costs = np.array(known["values"]), np.array(known["costs"])
     record = {
