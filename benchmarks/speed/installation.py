@@ -100,7 +100,7 @@ def _processor_time(*words: str, at: Path, environment: Mapping[str, str] | None
     begun = _of_children()
     if environment is None:
         environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    # What is printed is shown where the process fails.
+    # The output is shown where the process fails.
     done = subprocess.run(
         [sys.executable, *words], cwd=at, env=environment, capture_output=True, text=True
     )
