@@ -19,10 +19,7 @@ from capsule_sym._orbits.continuation.families.family import (
     Stop,
     tangent,
 )
-from capsule_sym._orbits.continuation.families.locating import (
-    matching,
-    smooth_between,
-)
+from capsule_sym._orbits.continuation.families.locating import matching, smooth_between
 from capsule_sym._orbits.continuation.parameter_paths import PathAxis
 from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.continuation.points.kinds import DEGENERATE
