@@ -68,6 +68,8 @@ def test_runs_alone_find_the_events_that_equations_find(monkeypatch, p, name, to
     for one, other in zip(found.bifurcations, expected.bifurcations, strict=True):
         assert str(one.itinerary_after) == str(other.itinerary_after)
         assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
+    [onward] = cs.continue_from(found, "HC1", to, points=5)
+    assert onward.success, onward.message
 
 
 def test_a_curve_of_doubled_orbits_ends_where_their_halves_become_equal() -> None:

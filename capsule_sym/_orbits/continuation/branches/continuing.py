@@ -27,6 +27,7 @@ from capsule_sym._orbits.continuation.families.crossing import (
     vanishing,
 )
 from capsule_sym._orbits.continuation.families.family import OUT_OF_TIME, Problem, Spot, Stop
+from capsule_sym._orbits.continuation.families.rejoining import Rejoining
 from capsule_sym._orbits.continuation.parameter_paths import (
     Function,
     ParameterPath,
@@ -35,7 +36,7 @@ from capsule_sym._orbits.continuation.parameter_paths import (
     parameter_path,
 )
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
-from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING, SYMMETRY_BREAKING
+from capsule_sym._orbits.continuation.points.kinds import HIGHER, PERIOD_DOUBLING, SYMMETRY_BREAKING
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.shooting.admissibility import is_admissible, tightest
 from capsule_sym._orbits.shooting.equations import Vector
@@ -308,7 +309,8 @@ def continue_from(
     - period doubling: the branch itself and that of the doubled orbits;
     - symmetry breaking: the branch itself, and two branches that are mirror images of each other;
     - fold: its two sides;
-    - border collision: the branches on the side of `to`, at a non-smooth fold two or none;
+    - border collision, or corner of higher codimension: the branches on the side of `to`, at a
+      non-smooth fold two or none;
     - Neimark-Sacker bifurcation, or an end (EP1, EP2): the branch itself.
 
     Branches that lead away from `to` are left out.
@@ -535,6 +537,13 @@ def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Resta
             u = one.unknowns(orbit)
             start = one.neighbour(u, one.directions(u)[side])
             yield start and start._replace(smooth=())
+        if isinstance(point, Bifurcation) and point.type == HIGHER.type:
+            for way in (1.0, -1.0):
+                found = Rejoining(problem, point.itinerary_before, orbit, way, 1.0).junction()
+                if found is not None:
+                    one = Continuation(problem, found.after)
+                    u = one.unknowns(found.after)
+                    yield Restart(one, one.state(u, way * np.eye(len(u))[-1]))
         return
     assert isinstance(point, Bifurcation)
     if point.symmetry == KEPT:
