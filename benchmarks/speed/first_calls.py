@@ -66,6 +66,8 @@ def figures(quick: bool, repeats: int) -> Iterator[Figure]:
         others["heyoka.py, c_output"] = _heyoka
     integrated: dict[str, Evaluate] = {}
     calls: dict[object, Call] = {
+        "one": lambda: simulate(p, periods=1),
+        "end": lambda: simulate(p, periods=1, keep="final"),
         "run": lambda: simulate(p, periods=periods),
         "sorted": lambda: run(times, position=True),
         "mixed": lambda: run(mixed, position=True),
@@ -76,11 +78,17 @@ def figures(quick: bool, repeats: int) -> Iterator[Figure]:
         calls[tool, "states"] = partial(_states, integrated, tool, times)
     for words in _SHORT:
         calls[words] = partial(_process, *words)
-    least = _least(calls, repeats, {"run": 5, "fit": 50} | dict.fromkeys(_SHORT, 3))
+    often: dict[object, int] = {"run": 5, "fit": 50, "one": 5000, "end": 5000} | dict.fromkeys(
+        _SHORT, 3
+    )
+    least = _least(calls, repeats, often)
 
     ours = "this map"
     size = (run.records.nbytes + run.stroboscopic.nbytes) / periods
     taken = least["run"] / periods * 1e6
+    one, end = (least[name] * 1e6 for name in ("one", "end"))
+    yield Figure("simulate, one period, its segments kept", ours, one, "us", 30.0, None)
+    yield Figure("simulate, one period, its end kept", ours, end, "us", 10.0, None)
     yield Figure("simulate, all segments kept, a period", ours, taken, "us", 4.0, None)
     yield Figure("memory of that, a period", ours, size, "bytes", 900.0, None)
     each = f"{count:.0e} times over {periods} periods, with positions".replace("e+0", "e")

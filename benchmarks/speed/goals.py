@@ -9,7 +9,7 @@ from benchmarks.speed.compare import Row, error, wrong_switches
 from benchmarks.speed.model import Run
 from benchmarks.speed.peers import own
 from benchmarks.speed.reference import Case
-from benchmarks.speed.tools import ONE_ROW, OURS
+from benchmarks.speed.tools import ONE_ROW, OURS, WHOLE
 from capsule_sym._native import core
 
 _COMPARED = ("DOP853 in C", "1e-13, inside steps")
@@ -51,6 +51,7 @@ def goals(
     """All that follow from the rows there are."""
     return [
         *_ratio("20 periods from rest, one call a run", trajectory, OURS, 20.0),
+        *_ratio("the same, all segments kept", trajectory, WHOLE, 6.0),
         *_ratio("the same by simulate_many, one row a call", trajectory, ONE_ROW, 12.0),
         *_ratio("1,000 amplitudes, 100 periods, one core", sweep, OURS, 80.0),
         *_accuracy(trajectory, tangencies, sweep),

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from benchmarks.speed.compare import Row
-from benchmarks.speed.tools import LANES, ONE_ROW, OURS
+from benchmarks.speed.tools import LANES, OURS, OWN
 
 LIMITS = (1e-6, 1e-12)
 """Error limits at which the fastest setting of each tool is compared."""
@@ -54,7 +54,7 @@ def _fastest(parts: Mapping[str, Sequence[Row]]) -> Iterator[Ratio]:
         ours = _ours(rows)
         if ours is None:
             continue
-        for tool in dict.fromkeys(row.tool for row in rows if row.tool not in (OURS, ONE_ROW)):
+        for tool in dict.fromkeys(row.tool for row in rows if row.tool not in OWN):
             exact = [row for row in rows if row.tool == tool and row.max_error is not None]
             for limit in LIMITS:
                 kept = [row for row in exact if (row.max_error or 0.0) <= limit]

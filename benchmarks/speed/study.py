@@ -15,7 +15,7 @@ from benchmarks.speed.ratios import Ratio, ratios
 from benchmarks.speed.reference import Case
 from benchmarks.speed.roots import Root, roots
 from benchmarks.speed.scaling import Growth, growth, plan
-from benchmarks.speed.tools import MPMATH, ONE_ROW, OURS, Tool
+from benchmarks.speed.tools import MPMATH, OURS, OWN, Tool
 from capsule_sym import InvalidInput
 from capsule_sym._files import write_whole
 from capsule_sym._native import core
@@ -35,8 +35,7 @@ class Study:
         self.repeats, self.quick = repeats, quick
         every = tools.one_at_a_time(), tools.for_sweeps()
         self.single, self.many = (
-            [tool for tool in some if tool.name in (OURS, ONE_ROW) or only in tool.name]
-            for some in every
+            [tool for tool in some if tool.name in OWN or only in tool.name] for some in every
         )
         if not any(only in tool.name for tool in (*self.single, *self.many)):
             names = sorted({tool.name for some in every for tool in some})

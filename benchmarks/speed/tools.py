@@ -13,6 +13,8 @@ from capsule_sym._native import core
 
 OURS = "this map, C"
 ONE_ROW = "this map, simulate_many"
+WHOLE = "this map, all segments"
+OWN = (OURS, ONE_ROW, WHOLE)
 MPMATH = "this map, mpmath"
 IN_C = "DOP853 and RK4 in C"
 LANES = 8  # of heyoka's batch mode: faster here than the number it recommends, 4
@@ -38,6 +40,7 @@ def one_at_a_time() -> list[Tool]:
     tools = [
         Tool(OURS, "double", lambda: own.final, check=own.simulated("c")),
         Tool(ONE_ROW, "double, one row", lambda: own.one_row, check=own.simulated("c")),
+        Tool(WHOLE, "double, kept", lambda: own.whole, check=own.simulated("c")),
         Tool("this map, NumPy", "double", partial(own.simulated, "numpy"), slow=True),
         Tool(MPMATH, "50 digits", partial(own.simulated, "mpmath"), slow=True),
     ]
@@ -64,6 +67,7 @@ def for_sweeps() -> list[Tool]:
     """Tools for many trajectories that differ in alpha."""
     tools = [
         Tool(OURS, "double", lambda: own.sweep, check=own.simulated("c")),
+        Tool(WHOLE, "double, kept", lambda: own.whole, check=own.simulated("c")),
         Tool("this map, NumPy", "double", partial(own.simulated, "numpy"), slow=True),
     ]
     for careful in (False, True):
@@ -114,7 +118,7 @@ def skipped() -> list[str]:
 
 
 def _lacks(name: str) -> str | None:
-    if name in (OURS, ONE_ROW) and core is None:
+    if name in OWN and core is None:
         return "the C core was not compiled"
     if name.endswith(" in C"):
         return compiled.problem()

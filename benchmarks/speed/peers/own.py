@@ -20,6 +20,13 @@ def final(starts: Sequence[Start]) -> list[Result]:
     ]
 
 
+def whole(starts: Sequence[Start]) -> list[Result]:
+    """The same of runs whose segments are all kept."""
+    return [
+        Result(b"", simulate(s.parameters, s.state, periods=s.periods).final[1]) for s in starts
+    ]
+
+
 def one_row(starts: Sequence[Start]) -> list[Result]:
     """The same by calls of `simulate_many` with one row for each."""
     return [_many([start])[0] for start in starts]

@@ -18,7 +18,7 @@ from benchmarks.speed.peers import compiled, own
 from benchmarks.speed.ratios import Ratio
 from benchmarks.speed.scaling import Growth
 from benchmarks.speed.study import Study
-from benchmarks.speed.tools import ONE_ROW, OURS
+from benchmarks.speed.tools import ONE_ROW, OURS, OWN, WHOLE
 from capsule_sym._cli import main
 from capsule_sym._native import core
 from tests.examples import ROOT
@@ -178,6 +178,7 @@ def test_goals_follow_from_the_rows(record) -> None:
     sharp = rows(record, "trajectory", "DOP853 in C")["1e-13, inside steps"]["us_per_period"]
     for tool, what, goal in (
         (OURS, "20 periods from rest, one call a run", 20),
+        (WHOLE, "the same, all segments kept", 6),
         (ONE_ROW, "the same by simulate_many, one row a call", 12),
     ):
         (ours,) = rows(record, "trajectory", tool).values()
@@ -244,7 +245,7 @@ def test_an_interrupted_study_leaves_the_parts_that_were_done(tmp_path) -> None:
     with pytest.raises(KeyboardInterrupt):
         study.run("tangencies", interrupt)
     kept = json.loads((tmp_path / "bench.json").read_text("utf-8"))
-    assert [row["tool"] for row in kept["trajectory"]] == [OURS, ONE_ROW]
+    assert [row["tool"] for row in kept["trajectory"]] == [*OWN]
     assert kept["tangencies"] == kept["sweep"] == kept["growth"] == kept["roots"] == []
 
 
