@@ -138,19 +138,7 @@ def _all(check: bool) -> bool:
     return right
 
 
-class _Generator(click.Command):
-    """Command that Ctrl-C ends as it ends those of capsule-sym."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command."""
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            click.echo("error: interrupted", err=True)
-            ctx.exit(130)
-
-
-@click.command(cls=_Generator)
+@click.command()
 @click.option("--check", is_flag=True, help="Write nothing; exit 1 with a diff if files differ.")
 @click.option(
     "--out",

@@ -247,9 +247,3 @@ def test_result_named_as_an_argument_does_not_replace_it_midway() -> None:
         "k", "", [(first, 2 * first), (second, first + second)], ("G", "H"), ("G", "H"), frozenset()
     )
     assert kernel.results == (2 * first, first + second)
-
-
-def test_an_interrupt_is_one_line(monkeypatch, tmp_path) -> None:
-    monkeypatch.setattr(command, "render", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
-    done = CliRunner().invoke(command.main, ["--out", str(tmp_path / "new")])
-    assert (done.exit_code, done.stderr) == (130, "error: interrupted\n")
