@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from array import array
 from collections.abc import Callable
 from contextvars import ContextVar, Token
 from time import perf_counter
@@ -38,7 +37,7 @@ class Watch:
     def __init__(self, seconds: float = math.inf) -> None:
         self.deadline = perf_counter() + seconds
         self._outer: Token[Watch] | None = None
-        self.flag = array("i", [0])
+        self.flag = memoryview(bytearray(4)).cast("i")  # an int of C
 
     def stop(self) -> None:
         """Stop the watched work, and all later work of this watch."""
