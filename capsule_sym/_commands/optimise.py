@@ -31,9 +31,9 @@ def _searching(
     margin
         Floquet multipliers at most 1 - MARGIN.
     samples
-        Number of cells of the survey.
+        Number of points of the survey. [default: 2048, of a front 256]
     seed
-        Random seed of the cells.
+        Random seed of the survey.
     """
     return {name: value for name, value in locals().items() if value is not None}
 

@@ -329,7 +329,7 @@ Tolerances = Annotated[
         SHARE,
         "--tolerance",
         metavar="NAME=SHARE",
-        help="Optimise the worst of the parameter and its values at ±SHARE. Repeatable.",
+        help="A tolerance of ±SHARE of a parameter: the worst case counts. Repeatable.",
     ),
 ]
 Windows = Annotated[dict[str, Any], _windows()]

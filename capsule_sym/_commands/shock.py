@@ -18,7 +18,9 @@ def shock(
     *,
     system: options.Chosen,
     state: options.State = (0.0, 0.0, 0.0),
-    weights: Annotated[options.Triple, option(type=(float, float, float))] = (1.0, 1.0, 1.0),
+    weights: Annotated[
+        options.Triple, option(type=(float, float, float), metavar="X_R V_R V_C")
+    ] = (1.0, 1.0, 1.0),
     largest: float | None = None,
     samples: Annotated[int, between(100, 10_000_000)] = 10_000,
     periods: int | None = None,
