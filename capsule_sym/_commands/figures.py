@@ -92,7 +92,7 @@ class Picture(NamedTuple):
 
 Colours = Annotated[
     Literal["safe", "paper"],
-    option(help="Colours of the segments: for eyes of all kinds, or those of Fig. 7."),
+    option(help="Colours of the segments: safe for colour-blind readers, or those of Fig. 7."),
 ]
 _QUANTITIES = click.Choice(["x_r", "v_r", "v_c", *METRIC_UNITS, "lift", "lyapunov"])
 _FILE = click.Path(path_type=Path, dir_okay=False)
