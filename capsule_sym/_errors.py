@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Collection, Iterable
 from enum import StrEnum
@@ -55,8 +56,9 @@ _LONGEST = 300  # characters of a value in a message
 
 def _shown(value: object) -> str:
     """A value in one line of a message, cut where it is long."""
+    given = os.fspath(value) if isinstance(value, os.PathLike) else value
     try:
-        text = " ".join(line.strip() for line in repr(value).splitlines())
+        text = " ".join(line.strip() for line in repr(given).splitlines())
     except (RecursionError, ValueError):  # nested too deeply, or an integer of too many digits
         text = f"<{type(value).__name__}>"
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
