@@ -21,6 +21,7 @@ _EVALUATIONS = 100  # of one search, at most: beside a border a line search has 
 _PRECISE = 1e-11  # units of the objective: accuracy required of SLSQP
 _LOST = 10.0  # units of the objective: above the start by more than all variation, without a motion
 _STUCK = 8  # evaluations in a row at one place, as beside a border
+_MAX_LOST = 25  # places without a motion: beside a bifurcation each line search meets some
 
 
 class _Enough(Exception):
@@ -38,6 +39,8 @@ class LocalSearch:
         self.model, self.first, self.evaluations = model, first, 1
         self.low, self.high = np.maximum(first.u - reach, 0.0), np.minimum(first.u + reach, 1.0)
         self.known = {first.u.tobytes(): first}
+        self.lost = set[bytes]()
+        """Variables at which a motion is lost."""
         self.levels = int(len(first.objective) > 1)
 
     def run(self) -> list[Place]:
@@ -84,16 +87,19 @@ class LocalSearch:
     def place(self, x: Vector) -> Place | None:
         """Place at variables, its motions continued from the nearest known place."""
         u = np.clip(x[: len(self.low)], self.low, self.high)
+        if u.tobytes() in self.lost:
+            return None
         if u.tobytes() not in self.known:
             check_time()
             recent = [*self.known.values()][-_STUCK:]
             stuck = len(recent) == _STUCK and all(abs(one.u - u).max() < CLOSE for one in recent)
-            if stuck or self.evaluations == _EVALUATIONS:
+            if stuck or self.evaluations == _EVALUATIONS or len(self.lost) == _MAX_LOST:
                 raise _Enough
             self.evaluations += 1
             near = min(self.known.values(), key=lambda one: float(abs(one.u - u).max()))
             found = self.model.beside(near, u)
             if found is None:
+                self.lost.add(u.tobytes())
                 return None
             self.known[u.tobytes()] = found
         return self.known[u.tobytes()]

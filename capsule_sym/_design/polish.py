@@ -100,41 +100,39 @@ class LocalOptimum:
         forces = self.found.multipliers[each - 1 : self.n_constraints : max(each, 1)]
         return self.program.margin is not None and bool(np.any(forces > SOLVED))
 
+    def with_limit(self) -> LocalOptimum:
+        """The same with the limit of the objective as the margin of stability goes to 0.
+
+        Along the optima the objective is a smooth function of the margin, also at a fold.
+        """
+        if not self.at_margin or self.program.margin is None:
+            return self
+        margin = min(self.program.margin, MARGIN)
+        margins, values, last = list[float](), list[float](), self
+        for closer in (margin / 2, margin / 4, margin / 8):
+            narrow = on_piece(replace(self.program, margin=closer), last.found.place)
+            if narrow is None or not narrow.kkt_satisfied:
+                break
+            if not narrow.at_margin:  # the best is stable within the given margin
+                return self
+            margins.append(closer)
+            values.append(narrow.found.place.worst)
+            last = narrow
+        limit = self.found.place.worst
+        if values:
+            limit = float(np.polynomial.Polynomial.fit(margins, values, len(values) - 1)(0.0))
+        return replace(self, bifurcation=bifurcation_of(last.critical), limit=limit)
+
 
 def polish(program: Program, place: Place) -> LocalOptimum | None:
     """Best place next to a given one; None if no piece has it."""
     found = _over_pieces(program, place)
     if found is None or program.margin is not None:
-        return found if found is None or not found.at_margin else with_limit(found)
+        return found
     near = 0.0 if found.kkt_satisfied else MARGIN
     if found.critical.multiplier <= 1 - near:
         return found
-    found = _over_pieces(replace(program, margin=MARGIN), place)
-    return None if found is None else with_limit(found)
-
-
-def with_limit(found: LocalOptimum) -> LocalOptimum:
-    """The same with the limit of the objective as the margin of stability goes to 0.
-
-    Along the optima the objective is a smooth function of the margin, also at a fold.
-    """
-    if not found.at_margin or found.program.margin is None:
-        return found
-    margin = min(found.program.margin, MARGIN)
-    margins, values, last = list[float](), list[float](), found
-    for closer in (margin / 2, margin / 4, margin / 8):
-        narrow = on_piece(replace(found.program, margin=closer), last.found.place)
-        if narrow is None or not narrow.kkt_satisfied:
-            break
-        if not narrow.at_margin:  # the best is stable within the given margin
-            return found
-        margins.append(closer)
-        values.append(narrow.found.place.worst)
-        last = narrow
-    limit = found.found.place.worst
-    if values:
-        limit = float(np.polynomial.Polynomial.fit(margins, values, len(values) - 1)(0.0))
-    return replace(found, bifurcation=bifurcation_of(last.critical), limit=limit)
+    return _over_pieces(replace(program, margin=MARGIN), place)
 
 
 def bifurcation_of(motion: Motion) -> str:

@@ -32,8 +32,9 @@ from capsule_sym._native import check_time, core_of
 _ROUNDS = (0, 10), (80, 6)
 _TRIED = 8  # best places on the way of a search that may be its end: bounds the runs after one
 _POLISHED = 2  # places of which conditions are solved: bounds their time
-# Shares of each range: reaches of the populations around a place, the second for its last digits.
-_REACHES = 0.02, 2e-4
+# Shares of each range: reaches of the populations around a place. The best of the first is often at
+# its edge, so that the second has the same reach; the third is for the last digits.
+_REACHES = 0.02, 0.02, 2e-4
 _NEIGHBOURS = 32  # places around one: five for each of six variables
 _INSETS = 1e-8, 1e-7, 1e-6, 1e-5  # shares of each range: from a basin boundary, the nearest first
 _LOSS = 1e-4  # units of the objective: by going inwards, less than a design needs
@@ -134,8 +135,8 @@ class Optimisation:
             return all(motion.multiplier < 1 for motion in place.motions)
         u = self.around(place, apart)[:tries]
         values = evaluate(self.program, u, longer=longer).objectives / self.program.unit
-        off = abs(values - place.objective[: values.shape[1]]) / (1 + abs(values))
-        return bool(np.any(np.all(off < KEPT, axis=1)))
+        same = np.isclose(place.objective[: values.shape[1]], values, KEPT, KEPT)
+        return bool(np.any(np.all(same, axis=1)))
 
     def solved(self, place: Place) -> LocalOptimum | None:
         """Optimum next to a place, if the starts lead to it; None if none is found."""
@@ -147,7 +148,7 @@ class Optimisation:
             return None
         # Exactly on a border each period of a run may have a switch that the core cannot decide.
         near = (CLOSE / 100, _NEIGHBOURS) if found.active_borders else (0.0, 1)
-        return found if self.starts_reach(found.found.place, *near) else None
+        return found.with_limit() if self.starts_reach(found.found.place, *near) else None
 
     def stable(self, place: Place) -> bool:
         """True if no bifurcation of a motion is near, or a margin of stability is required."""

@@ -63,7 +63,8 @@ def test_at_a_border_of_stability_the_limit_is_that_of_the_bifurcation(
     there = integral(event.orbit, lambda t, x: x[2]) / event.orbit.parameters.period
     there /= integral(event.orbit, drive_power) if "work" in metric else 1.0
     u = (base.delta - bounds[0]) / (bounds[1] - bounds[0])
-    found = optimum_of(polish(*at(metric, {"delta": bounds}, base, maximise, margin, u)))
+    best = polish(*at(metric, {"delta": bounds}, base, maximise, margin, u))
+    found = optimum_of(best.with_limit())
     assert (found.status, found.bifurcation) == ("optimal-at-border", kind)
     assert found.limit == pytest.approx(there, rel=1e-6)
     assert found.multiplier == pytest.approx(1 - (margin or MARGIN), abs=1e-9)
