@@ -10,7 +10,6 @@ import pytest
 
 from capsule_sym._cli import group
 from tests.examples import PAGES, README, ROOT
-from tests.public import HOMES
 
 SITE = ROOT / "docs" / "_build" / "html"
 
@@ -31,10 +30,6 @@ def test_names_of_other_packages_link_to_their_pages() -> None:
     linked = {name for page in pages() for name in address.findall(page.read_text("utf-8"))}
     assert {"numpy.ndarray", "scipy.integrate.solve_ivp", "matplotlib.axes.Axes"} <= linked
     assert [name for name in linked if locate(name) is None] == []
-
-
-def test_every_public_name_is_documented(documented) -> None:
-    assert {f"{home}.{name}" for name, home in HOMES.items()} <= documented
 
 
 def test_a_sentence_with_a_colon_is_not_torn_apart() -> None:
