@@ -171,13 +171,13 @@ def _parameter(
     settings = ({} if "type" in about.settings else _of_type(kind)) | about.settings
     if default is inspect.Parameter.empty:
         settings.setdefault("required", not settings.get("multiple"))
-    elif default not in (None, "", ()) and default is not False:
+    elif default not in (None, ()) and default is not False:
         settings["default"] = default
     if about.kind is click.Argument:
         return click.Argument([name], required=settings.pop("required", False), **settings)
     settings["help"] = text or settings.get("help", "")
     if "default" in settings and "[default:" not in settings["help"]:
-        settings.setdefault("show_default", default is not True)
+        settings.setdefault("show_default", default is not True and default != "")
     return click.Option([name, *(about.flags or [f"--{name.replace('_', '-')}"])], **settings)
 
 
