@@ -26,6 +26,7 @@ def made(got: dict[str, Any]) -> click.Command:
         loud: Annotated[bool, option("--loud/--quiet")] = True,
         dry_run: bool = False,
         most: int = 3,
+        word: str = "",
         path: Annotated[Path | None, option(type=click.Path(path_type=Path))] = None,
     ) -> None:
         """Try it.
@@ -51,7 +52,7 @@ def test_a_function_gets_what_its_defaults_say() -> None:
     assert (got["dry_run"], got["most"]) == (True, 4)
     assert CliRunner().invoke(made(got), ["one", "--low", "2", "--high", "3"]).exit_code == 0
     assert (got["rate"], got["place"], got["notes"], got["loud"]) == (None, (0, 0, 0), (), True)
-    assert (got["dry_run"], got["most"], got["path"]) == (False, 3, None)
+    assert (got["dry_run"], got["most"], got["path"], got["word"]) == (False, 3, None, "")
 
 
 @pytest.mark.parametrize("line", ["", "one two", "one --rate x", "one --at 1 2", "one --most 2.5"])
