@@ -82,7 +82,7 @@ cdef extern from *:
     double now() noexcept nogil
     int PyErr_CheckSignals() noexcept
 
-cdef int _DONE = Stop.DONE, _OPEN = Stop.OPEN, _REFUSED = Stop.REFUSED
+cdef int _DONE = Stop.DONE, _OPEN = Stop.OPEN, _REFUSED = Stop.REFUSED, _QUANTITIES = len(Quantity)
 cdef enum:
     _ROWS = 8192
     PIECE = 512  # segments written at a time: a run that pauses resumes within a rounding
@@ -392,7 +392,7 @@ cdef class Fields:
         cdef int count
         self._check(field)
         _need(at.shape[0] == 7, "start", (7,))
-        if not (0 <= zeros <= 1 and 0 <= quantity < len(Quantity)):
+        if not (0 <= zeros <= 1 and 0 <= quantity < _QUANTITIES):
             raise ValueError("zeros must be 0 or 1, and the quantity one of `interface.Quantity`")
         with nogil:
             count = self.table.extrema(self.map, field, &at[0], quantity, zeros, duration, found, MOST_EXTREMA)
