@@ -18,6 +18,7 @@ import pytest
 import scipy.optimize
 import scipy.stats  # noqa: F401
 import xarray as xr
+from matplotlib.figure import Figure
 
 import capsule_sym as cs
 from capsule_sym import CapsuleError
@@ -128,7 +129,7 @@ _CALLS = {
     "run_basin": "sweep, 'store'",
     "run_sweep": "sweep, 'store'",
     "saltation_matrix": "orbit.system.flows[0].c, orbit.system.flows[1].c, (0.0, 0.0, 0.0), 1.0",
-    "save_figure": "axes.figure, 'x.svg'",
+    "save_figure": "Figure(), 'x.svg'",  # its own: one whose drawing was cut short stays broken
     "search_orbits": "p",
     "sensitivities": "run, [1.0]",
     "simulate": "p",
@@ -183,6 +184,7 @@ _CALLS = {
 _OWN = PUBLIC | {
     "scenes": cs.scenes,
     "cs": cs,
+    "Figure": Figure,
     "np": np,
     "math": math,
     "xr": xr,
@@ -250,7 +252,8 @@ def called(name: str) -> Any:
 
 def wrong_calls(name: str) -> list[tuple[str, tuple[Any, ...], dict[str, Any]]]:
     """Calls with one wrong argument, each with its description."""
-    right = eval(f"({_CALLS[name]},)" if _CALLS[name] else "()", _OWN, cases())
+    text = f"({_CALLS[name]},)" if _CALLS[name] else "()"
+    right = eval(text, _OWN, cases())
     wrong = [*_MISTAKES, *(cases()[one] for one in _GIVEN)]
     made = [("misspelt", right, {"maximum_seconds": 1.0}), ("too many", (*right, *[1.0] * 20), {})]
     made += [("too few", right[:-1], {})] if right else []
@@ -259,6 +262,7 @@ def wrong_calls(name: str) -> list[tuple[str, tuple[Any, ...], dict[str, Any]]]:
             if callable(value) and re.search("Callable|Function|Progress", str(about.annotation)):
                 continue  # what it raises is the caller's
             shown = f"{argument} = {type(value).__name__} {value!r:.40}"
+            right = eval(text, _OWN, cases())
             if place < len(right):
                 made.append((shown, (*right[:place], value, *right[place + 1 :]), {}))
             elif about.kind not in (about.VAR_KEYWORD, about.VAR_POSITIONAL):
