@@ -14,9 +14,7 @@ if TYPE_CHECKING:
 _NEEDS = {
     "flint": ("_enclosures.certificates.certify", "_enclosures.certificates.checker"),
     "matplotlib": (
-        *("_figures.attractors", "_figures.branches", "_figures.charts", "_figures.curves"),
-        "_figures.design",
-        *("_figures.diagrams", "_figures.evolution"),
+        *("_figures.attractors", "_figures.curves", "_figures.design", "_figures.diagrams"),
         *("_figures.portraits", "_figures.pulses", "_figures.shocks"),
         *("_figures.style", "_figures.sweeps", "_figures.tolerances"),
     ),

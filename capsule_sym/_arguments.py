@@ -24,7 +24,6 @@ _ALIASES = {
     "OrbitLike": "Orbit",
     "Starts": "Mapping[str, Any] | ArrayLike",
     "Ranges": "tuple[Sequence[float], Sequence[float]]",
-    "Colours": "Literal['safe', 'paper']",
     "Function": "Callable",
     "Progress": "Callable",
     "Vector": "Sequence[Number]",

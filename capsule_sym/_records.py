@@ -50,19 +50,19 @@ def motion_record(motion: SteadyMotion | None) -> dict[str, Any]:
 def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str, Any]:
     """Record of a run and of its steady motion, None if it has not settled.
 
-    A run that ended early has the reason as `stopped`. A scene other than the paper's is named.
+    A scene other than the paper's is named.
     """
-    record = {
+    return {
         **trajectory.parameters.scene.entry,
         "parameters": trajectory.parameters.to_dict(),
         "backend": trajectory.backend,
         "segments": [segment_record(segment) for segment in trajectory.segments],
         **motion_record(motion),
         "final": _point(*trajectory.final),
+        "success": trajectory.success,
+        "status": str(trajectory.status),
+        "message": trajectory.message,
     }
-    if not trajectory.success:
-        record["stopped"] = trajectory.message
-    return record
 
 
 def physical_record(

@@ -1,15 +1,10 @@
 """Pictures of results; `capsule_sym.plot` chooses one."""
 
 from capsule_sym._figures.attractors import plot_attractors as plot_attractors
-from capsule_sym._figures.branches import plot_bifurcations as plot_bifurcations
-from capsule_sym._figures.branches import plot_energies as plot_energies
-from capsule_sym._figures.charts import plot_chart as plot_chart
 from capsule_sym._figures.design import plot_front as plot_front
 from capsule_sym._figures.design import plot_residuals as plot_residuals
 from capsule_sym._figures.diagrams import plot_diagram as plot_diagram
-from capsule_sym._figures.evolution import plot_itineraries as plot_itineraries
 from capsule_sym._figures.portraits import plot_displacements as plot_displacements
-from capsule_sym._figures.portraits import plot_margins as plot_margins
 from capsule_sym._figures.portraits import plot_motion as plot_motion
 from capsule_sym._figures.portraits import plot_phase_portrait as plot_phase_portrait
 from capsule_sym._figures.pulses import plot_pulse as plot_pulse
@@ -17,6 +12,6 @@ from capsule_sym._figures.shocks import plot_shock as plot_shock
 from capsule_sym._figures.style import figure_style as figure_style
 from capsule_sym._figures.style import save_figure as save_figure
 from capsule_sym._figures.sweeps import plot_basin as plot_basin
+from capsule_sym._figures.sweeps import plot_chart as plot_chart
 from capsule_sym._figures.sweeps import plot_metric as plot_metric
-from capsule_sym._figures.sweeps import plot_pareto as plot_pareto
 from capsule_sym._figures.tolerances import plot_tolerances as plot_tolerances

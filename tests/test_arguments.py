@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 import capsule_sym as cs
 from capsule_sym import CapsuleError
 from capsule_sym._errors import counted
-from capsule_sym._figures.computed import branch_record
+from capsule_sym._orbits.continuation.records import branch_record
 from tests.public import PUBLIC
 from tests.sampling import ALL
 
@@ -105,17 +105,12 @@ _CALLS = {
     "plot": "run",
     "plot_attractors": "continued",
     "plot_basin": "cells",
-    "plot_bifurcations": "record",
     "plot_chart": "cells",
     "plot_diagram": "record",
     "plot_displacements": "run, axes",
-    "plot_energies": "record",
     "plot_front": "front",
-    "plot_itineraries": "[run], record",
-    "plot_margins": "run",
     "plot_metric": "cells",
     "plot_motion": "run",
-    "plot_pareto": "cells",
     "plot_phase_portrait": "run, axes",
     "plot_pulse": "pulse",
     "plot_residuals": "fitted",

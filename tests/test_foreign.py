@@ -20,12 +20,11 @@ import pytest
 
 from capsule_sym import InvalidInput, _parameters, load_parameters, run_sweep, scenes, simulate
 from capsule_sym._compile import CORE
-from capsule_sym._figures.computed import orbit_of
 from capsule_sym._folders import digest_of
 from capsule_sym._sweeps.files import sealed
 from capsule_sym.figures import plot_diagram
 from capsule_sym.inputs import Axis, Sweep, load_sweep
-from capsule_sym.results import open_results, read_branch
+from capsule_sym.results import open_results, orbit_from_record, read_branch
 
 Command = Callable[..., CompletedProcess[str]]
 Edit = Callable[[Path], object]
@@ -101,7 +100,7 @@ LINES = [
     *("branch --params p.toml --alpha 1:2", "fit a.csv --params p.toml"),
     *("sweep plan.toml --out new", "sweep plan.toml --out store --resume"),
     *("branch --restart b.json EP2 --to 1", "figure b.json --out a.svg"),
-    *("figure store --out a.svg", "figure store --as pareto --out a.svg"),
+    *("figure store --out a.svg", "figure store --of work --out a.svg"),
 ]
 
 
@@ -122,7 +121,7 @@ def test_no_file_runs_code_of_a_folder_that_it_names(planted: Path, inside: Comm
         lambda: load_parameters(planted / "p.toml"),
         lambda: load_sweep(planted / "plan.toml"),
         lambda: plot_diagram([record]),
-        lambda: orbit_of({"orbit": record}),
+        lambda: orbit_from_record(record),
     ):
         with pytest.raises(InvalidInput, match="name it yourself"):
             act()

@@ -82,7 +82,7 @@ def test_sympy_stays_unimported_by_the_map() -> None:
         [
             ("sympy", "verify", "symbolic"),
             ("flint", "run --certify proof.json", "symbolic"),
-            ("matplotlib", "figure motion --out motion.svg", "plot"),
+            ("matplotlib", "figure . --out motion.svg", "plot"),
             ("zarr", "sweep --alpha 0.1:2:3 --out s", "sweep"),
         ],
         2,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated, Any
 
 import click
@@ -10,9 +9,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
-from capsule_sym._errors import counted
 from capsule_sym._texts import bars
-from capsule_sym._texts.attractors import show_attractors
 
 
 @command()
@@ -68,8 +65,7 @@ def attractors(
     if periods is not None:
         how["periods"] = periods
     found: capsule_sym.results.Attractors | capsule_sym.results.ContinuedAttractors
-    with bars.stoppable(limit, "Settling") as report:
-        how["progress"] = lambda done, total: report(f"{done:,} of {counted(total, 'run')}")
+    with bars.reporting("Settling", limit) as how["progress"]:
         if over is None:
             found = capsule_sym.attractors(parameters, starts, **how)
         else:
@@ -84,6 +80,6 @@ def attractors(
         key = f"{name}s" if over else name
         for one in extra["attractors"]:
             one["si"] = {f"{key} [m]": (array(one[key]) * device.scale(name)).tolist()}
-    show, drawn = partial(show_attractors, found, device), over is not None
-    present.report(found, "attractors", show, out, as_json, extra, device=device, drawn=drawn)
+    drawn = over is not None
+    present.report(found, "attractors", out, as_json, extra, device=device, drawn=drawn)
     present.end(found, limit)

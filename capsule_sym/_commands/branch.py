@@ -14,7 +14,6 @@ from capsule_sym._commands.signature import between, command, option
 from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import CAPSULE, scene_in
 from capsule_sym._texts import bars
-from capsule_sym._texts.branches import show_branches
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -94,7 +93,7 @@ def branch(
             raise click.UsageError("--restart needs --to VALUE")
         end, file = to[1], restart[0]
         system.check_scene(scene_in(capsule_sym.results.read_branch(file)) or CAPSULE, file)
-        with bars.stoppable(limit, "Following"):
+        with bars.reporting("Following", limit):
             found = capsule_sym.continue_from(
                 *restart,
                 end,
@@ -112,17 +111,12 @@ def branch(
     if certify is not None and found[0].axis.path.ties:
         raise InvalidInput("certify", str(certify), "absent if several parameters vary")
     for one in found:
-        with bars.stoppable(limit, "Following"):
+        with bars.reporting("Following", limit):
             found += capsule_sym.orbits.period_doubling_cascade(
                 one, cascade, points=points, max_seconds=limit.left
             )
-    present.result(
-        lambda: branches_record(found, device),
-        lambda: show_branches(found),
-        as_json,
-        out,
-        lambda: branch_files(found, device),
-    )
+    files = branch_files(found, device) if out else {}
+    present.result(branches_record(found, device), as_json, out, files)
     events = [one for branch in found for one in branch.bifurcations]
     present.certificates(certify, events, limit)
     late = (one for one in found if one.status is capsule_sym.results.Status.TIME_LIMIT)
@@ -171,7 +165,7 @@ def followed(
     path.check(parameters, begin, end)
     placed = type(parameters)(*path.placed([*parameters.to_dict().values()], begin))
     start = settled(placed, state, limit)
-    with bars.stoppable(limit, "Following"):
+    with bars.reporting("Following", limit):
         return capsule_sym.continue_orbit(
             start, parameter, end, points=points, ties=ties, max_seconds=limit.left
         )

@@ -12,7 +12,6 @@ from capsule_sym._commands.signature import argument, command, option
 from capsule_sym._commands.values import Seconds
 from capsule_sym._errors import InvalidInput
 from capsule_sym._texts import bars
-from capsule_sym._texts.checks import show_check
 
 if TYPE_CHECKING:
     from capsule_sym._check.switch_file import Switches
@@ -62,7 +61,7 @@ def check(
         return next(iter(table.settings.get(name, ())), None) if given is None else given
 
     last, begin = chosen("end", end), chosen("phase", phase) or 0.0
-    with bars.progress("Checking the switches") as update:
+    with bars.reporting("Checking the switches") as report:
         found = capsule_sym.check_switches(
             [time / unit for time in table.times],
             table.events,
@@ -73,13 +72,10 @@ def check(
             resolution=table.resolution / unit,
             tolerance=chosen("tolerance", tolerance),
             max_seconds=max_seconds,
-            progress=lambda turns: update(description=f"Exact run to period {turns}"),
+            progress=lambda turns: report(f"exact run to period {turns}"),
         )
-    present.result(
-        lambda: {**parameters.scene.entry, "parameters": parameters.to_dict(), **found.record()},
-        lambda: show_check(found),
-        as_json,
-    )
+    record = {**parameters.scene.entry, "parameters": parameters.to_dict(), **found.record()}
+    present.result(record, as_json)
     if not found.success:
         raise click.exceptions.Exit(1)
 

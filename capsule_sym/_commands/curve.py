@@ -12,7 +12,6 @@ from capsule_sym._commands.branch import fail_if_early, followed
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
 from capsule_sym._texts import bars
-from capsule_sym._texts.branches import show_curves
 
 
 @command()
@@ -84,7 +83,7 @@ def curve(
         middle = f"{other} = {getattr(inside, other)!r}, the middle of its range"
         click.echo(f"bifurcations are sought at {middle}", err=True)
     both = first, second
-    with bars.stoppable(limit, "Following"):
+    with bars.reporting("Following", limit):
         curves = [
             capsule_sym.continue_bifurcation(
                 one, other, both, points=points, max_seconds=limit.left
@@ -96,13 +95,8 @@ def curve(
                 curves += capsule_sym.orbits.curves_from(
                     whole, both, points=points, known=curves, max_seconds=limit.left
                 )
-    present.result(
-        lambda: curves_record(found, curves, device),
-        lambda: show_curves(curves, device),
-        as_json,
-        out,
-        lambda: curve_files(found, curves, device),
-    )
+    files = curve_files(found, curves, device) if out else {}
+    present.result(curves_record(found, curves, device), as_json, out, files)
     lost = [(one, curve) for one, curve in zip(chosen, curves, strict=False) if not curve.points]
     for one, curve in lost:
         ending, detail = curve.endings[0]

@@ -13,7 +13,6 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, between, command, group, option
 from capsule_sym._design.counts import SEED, STARTS
 from capsule_sym._texts import bars
-from capsule_sym._texts.design import show_fit
 
 _UNKNOWN = option(type=options.Named(optional="value"), multiple=True)
 
@@ -114,7 +113,7 @@ def fit(
             ranges[name] = found.interval(name, max_seconds=watch.left)
     extra: dict[str, Any] = {"read": read}
     extra |= {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
-    present.report(found, "fit", lambda: show_fit(found, ranges, read), out, as_json, extra)
+    present.report(found, "fit", out, as_json, extra)
     if found.success and any(math.isnan(end) for ends in ranges.values() for end in ends):
         present.fail("time-limit: intervals are missing")
     present.end(found)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from typing import Annotated, Any, Literal
 
 import click
@@ -14,7 +12,6 @@ from capsule_sym._commands.signature import between, command, group, option
 from capsule_sym._design.counts import MAX_SECONDS, POINTS, SAMPLES, SEED
 from capsule_sym._errors import InvalidInput
 from capsule_sym._texts import bars
-from capsule_sym._texts.design import show_front, show_optimum
 
 
 def _searching(
@@ -93,16 +90,13 @@ def optimise(
     how |= {"maximise": maximise is not None, "starts": (state,), "tolerances": tolerances}
     how["subject_to"] = subject_to
     found: capsule_sym.results.Optimum | capsule_sym.results.Front
-    show: Callable[[], None]
     with bars.reporting("Optimising") as progress:
         how["progress"] = progress
         if against is None:
-            found = one = capsule_sym.optimise(metric, over, which, among=among, **how)
-            show = partial(show_optimum, one)
+            found = capsule_sym.optimise(metric, over, which, among=among, **how)
         else:
-            found = front = capsule_sym.pareto(metric, against, over, which, points=points, **how)
-            show = partial(show_front, front)
+            found = capsule_sym.pareto(metric, against, over, which, points=points, **how)
     if found.status is capsule_sym.results.Status.INFEASIBLE:
         raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
-    present.report(found, "optimum" if against is None else "front", show, out, as_json)
+    present.report(found, "optimum" if against is None else "front", out, as_json)
     present.end(found)

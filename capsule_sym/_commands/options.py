@@ -334,6 +334,15 @@ Tolerances = Annotated[
 ]
 Windows = Annotated[dict[str, Any], _windows()]
 CountedWindows = Annotated[dict[str, Any], _windows(counted=True)]
+ForeignScene = Annotated[
+    Scene | None,
+    option(
+        "--scene",
+        metavar="FOLDER",
+        callback=lambda _, option, given: given and _named(given),
+        help="Folder of the results' scene, whose code runs, unless it is a shipped one.",
+    ),
+]
 Chosen = Annotated[System, _parameters()]
 """Options of a `System`: one for each parameter of the line's scene, a file, the scene."""
 Ranged = Annotated[System, _parameters(_ValueOrRange(), counted=False)]

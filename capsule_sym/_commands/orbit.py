@@ -12,7 +12,6 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command
 from capsule_sym._texts import bars
-from capsule_sym._texts.orbits import show_orbit, show_orbits
 
 if TYPE_CHECKING:
     from capsule_sym._native import Watch
@@ -26,6 +25,7 @@ def orbit(
     starts: Annotated[int, between(0)] = 0,
     seed: Annotated[int, between(0)] = 0,
     max_seconds: options.TimeLimit = 600.0,
+    out: options.Folder = None,
     certify: options.Certificate = None,
     as_json: options.Json = False,
 ) -> None:
@@ -48,6 +48,8 @@ def orbit(
         Search from so many random states too, for unstable and coexisting orbits.
     seed
         Random seed of --starts.
+    out
+        Write the JSON here, of one orbit with its picture.
     certify
         Prove the orbit in ball arithmetic, and write its certificate here.
     """
@@ -60,23 +62,23 @@ def orbit(
     search: capsule_sym.results.FoundOrbits | None = None
     found: Sequence[capsule_sym.results.Orbit]
     if starts:
-        with bars.progress("Searching", starts) as update:
+        with bars.reporting("Searching") as report:
             search = found = capsule_sym.search_orbits(
                 parameters,
                 starts,
                 seed=seed,
                 max_seconds=max_seconds,
-                report=lambda done, _: update(completed=done),
+                report=report,
             )
     else:
         found = [settled(parameters, state, limit, as_json)]
     records = [_record(one, device) for one in found]
     if search is None:
-        present.result(lambda: records[0], lambda: show_orbit(found[0], records[0]), as_json)
+        record, pictures = records[0], {"orbit.svg": partial(capsule_sym.plot, found[0])}
     else:
-        every = {"orbits": records, "status": str(search.status)}
-        show = partial(show_orbits, found, records, search.searched)
-        present.result(lambda: every, show, as_json)
+        said = {"status": str(search.status), "message": search.message}
+        record, pictures = {"orbits": records, **said}, {}
+    present.result(record, as_json, out, {"orbit.json": record}, pictures)
     present.certificates(certify, found, limit)
     if search is not None and search.status == "time-limit":
         present.fail_early("the search ends", search)

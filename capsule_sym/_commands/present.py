@@ -24,25 +24,23 @@ if TYPE_CHECKING:
 
 
 def result(
-    record: Callable[[], Mapping[str, Any]],
-    show: Callable[[], object],
+    record: Mapping[str, Any],
     as_json: bool,
     out: Path | None = None,
-    files: Callable[[], Mapping[str, Any]] = dict,
+    files: Mapping[str, Any] = MappingProxyType({}),
     pictures: Mapping[str, Callable[[], Figure]] = MappingProxyType({}),
 ) -> None:
-    """Write files and pictures by name to a folder, if there is one, and print the result.
+    """Write files and pictures by name to a folder, if there is one, and print a record.
 
-    The result is printed as JSON (its record), or by `show`. A file is a record, or a pair of the
-    rows and the columns of a table. stderr names the written files, and the reason for a missing
-    picture.
+    A file is a record, or a pair of the rows and the columns of a table. stderr names the written
+    files, and the reason for a missing picture.
     """
     from capsule_sym._records import dumps, table, write
 
     if out is not None:
         texts = {
             name: table(*held) if isinstance(held, tuple) else dumps(held) + "\n"
-            for name, held in files().items()
+            for name, held in files.items()
         }
         paths = write(texts, out)
         try:
@@ -53,9 +51,11 @@ def result(
             click.echo(f"no picture: {missing}", err=True)
         click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
     if as_json:
-        click.echo(dumps(dict(record())))
+        click.echo(dumps(dict(record)))
     else:
-        show()
+        from capsule_sym._texts.records import show
+
+        show(record)
 
 
 def finite(record: Any) -> Any:
@@ -72,7 +72,6 @@ def finite(record: Any) -> Any:
 def report(
     found: Any,
     name: str,
-    show: Callable[[], None],
     out: Path | None,
     as_json: bool,
     extra: Mapping[str, Any] = MappingProxyType({}),
@@ -87,21 +86,13 @@ def report(
     """
     from capsule_sym._records import in_si
 
+    record = finite({**found.to_dict(), **extra})
     columns = {key: column.tolist() for key, column in getattr(found, "columns", {}).items()}
-
-    def record() -> dict[str, Any]:
-        text: dict[str, Any] = finite({**found.to_dict(), **extra})
-        return text
-
-    def files() -> dict[str, Any]:
-        each = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-        rows = [row | in_si(device, row) for row in each]
-        table = {f"{name}.csv": (rows, list(columns))} if columns else {}
-        return {f"{name}.json": record()} | table
-
-    drawn = any(map(len, columns.values())) if drawn is None else drawn
-    pictures = {f"{name}.svg": partial(capsule_sym.plot, found)} if drawn else {}
-    result(record, show, as_json, out, files, pictures)
+    each = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    table = ([row | in_si(device, row) for row in each], list(columns))
+    files = {f"{name}.json": record} | ({f"{name}.csv": table} if columns else {})
+    pictures = {f"{name}.svg": partial(capsule_sym.plot, found)}
+    result(record, as_json, out, files, pictures if (each if drawn is None else drawn) else {})
 
 
 def end(found: Any, limit: Watch | None = None) -> None:

@@ -12,7 +12,6 @@ from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
 from capsule_sym._texts import bars
-from capsule_sym._texts.attractors import show_pulse
 
 if TYPE_CHECKING:
     from capsule_sym._native import Watch
@@ -72,7 +71,7 @@ def pulse(
         raise InvalidInput("--over", list(over), "one parameter of the drive")
     parameters, device = system.load()
     limit = Watch(max_seconds)
-    with bars.stoppable(limit, "Switching") as report:
+    with bars.reporting("Switching", limit) as report:
         ends = _motions(parameters, (state, to), between, windows, limit, as_json)
         try:
             found = capsule_sym.switch_by_pulse(
@@ -90,7 +89,7 @@ def pulse(
                 raise
             field = "--to" if between is None else "--between"
             raise InvalidInput(field, error.value, error.allowed) from None
-    present.report(found, "pulse", lambda: show_pulse(found), out, as_json)
+    present.report(found, "pulse", out, as_json)
     present.end(found, limit)
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
-from functools import partial
 from typing import Annotated, Any, Literal
+
+import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
+from capsule_sym._errors import counted
 from capsule_sym._texts import bars
-from capsule_sym._texts.runs import show_run
 
 _USUAL_BACKEND = option(show_default="c where it was compiled, else numpy")
 
@@ -24,6 +25,7 @@ def run(
     periods: int = 100,
     backend: Annotated[Literal["c", "numpy", "mpmath"] | None, _USUAL_BACKEND] = None,
     max_seconds: options.TimeLimit = 120.0,
+    out: options.Folder = None,
     certify: options.Certificate = None,
     as_json: options.Json = False,
 ) -> None:
@@ -34,8 +36,8 @@ def run(
 
     In the JSON, "segments" are those of the whole run. "itinerary", "global_map", "period_number"
     and "progression" describe the steady motion at its end; they are null if there is none.
-    "progression" is the advance of the capsule per excitation period. "stopped" exists only if the
-    run ended early, and gives the reason. Exits with 3 if nothing was computed, and with 4 if
+    "progression" is the advance of the capsule per excitation period. "status" and "message" tell
+    if the run ended early, and why. Exits with 3 if nothing was computed, and with 4 if
     --certify does not prove it.
 
     Parameters
@@ -48,35 +50,57 @@ def run(
         Excitation periods to run.
     backend
         Double precision (c, numpy), or 50 digits.
+    out
+        Write the JSON and the picture of the motion here.
     certify
         Prove every switch of the run, and its end, in ball arithmetic, and write its certificate
         here.
     """
+    from capsule_sym._map.drift import dragged
     from capsule_sym._native import Watch
     from capsule_sym._records import physical_record, run_record
 
     limit = Watch(max_seconds)
     parameters, physical = system.load()
-    settings: dict[str, Any] = {"backend": backend, "max_seconds": max_seconds}
-    go = partial(capsule_sym.simulate, parameters, state, phase, periods, **settings)
     try:
-        if sys.stderr.isatty():
-            with bars.progress("Running", periods) as update:
-                trajectory = go(progress=lambda turns: update(completed=turns))
-        else:
-            trajectory = go()
+        with bars.reporting("Running") as report:
+            trajectory = capsule_sym.simulate(
+                parameters,
+                state,
+                phase,
+                periods,
+                backend=backend,
+                max_seconds=max_seconds,
+                progress=(lambda turns: report(turns, periods)) if sys.stderr.isatty() else None,
+            )
     except KeyboardInterrupt:
         kept = "nothing is kept; with --max-seconds a run shows its results so far"
         raise KeyboardInterrupt(kept) from None
     motion = trajectory.steady() if trajectory.success else None
-
-    def record() -> dict[str, Any]:
-        found = run_record(trajectory, motion)
-        if physical:
-            found["physical"] = physical_record(physical, trajectory, motion)
-        return found
-
-    present.result(record, lambda: show_run(trajectory, motion, physical), as_json)
+    record = run_record(trajectory, motion)
+    if physical:
+        record["physical"] = physical_record(physical, trajectory, motion)
+    pictures = {"run.svg": lambda: capsule_sym.plot(trajectory)} if trajectory.success else {}
+    shown = record if as_json else {**record, **_in_short(trajectory, motion)}
+    present.result(shown, as_json, out, {"run.json": record}, pictures)
+    if motion is None and trajectory.success:
+        how = "more --periods, or capsule-sym orbit, which solves the orbit of a slow approach"
+        why = dragged(parameters) or how
+        click.echo(f"not steady within {counted(periods, 'period')}: {why}", err=True)
     present.certificates(certify, [trajectory], limit)
     if not trajectory.segments:
         present.fail(f"nothing was computed, {trajectory.message}")
+
+
+def _in_short(
+    trajectory: capsule_sym.results.Trajectory, motion: capsule_sym.results.SteadyMotion | None
+) -> dict[str, Any]:
+    """The segments of the last motion or period, and a progression without rounding."""
+    from capsule_sym._map.steady import shown_progression
+    from capsule_sym._records import segment_record
+
+    (count, phase), _ = trajectory.final
+    segments = motion.segments if motion else trajectory.segments
+    last = [one for one in segments if motion or one.end >= (count - 1, phase)]
+    shown = [segment_record(one) | {"duration": one.duration} for one in last]
+    return {"segments": shown, "progression": shown_progression(motion) if motion else None}

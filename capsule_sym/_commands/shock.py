@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated
 
 import capsule_sym
@@ -10,7 +9,6 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import between, command, option
 from capsule_sym._texts import bars
-from capsule_sym._texts.attractors import show_shock
 
 
 @command()
@@ -59,7 +57,7 @@ def shock(
 
     parameters, device = system.load()
     limit = Watch(max_seconds)
-    with bars.stoppable(limit, "Knocking:") as report:
+    with bars.reporting("Knocking", limit) as report:
         orbit = settled(parameters, state, limit, as_json)
         found = capsule_sym.minimal_shock(
             orbit,
@@ -72,8 +70,7 @@ def shock(
             progress=report,
         )
     extra = {} if device is None else {"si": _in_si(found, device)}
-    show, drawn = partial(show_shock, found, device), found.phase is not None
-    present.report(found, "shock", show, out, as_json, extra, drawn=drawn)
+    present.report(found, "shock", out, as_json, extra, drawn=found.phase is not None)
     present.end(found, limit)
 
 

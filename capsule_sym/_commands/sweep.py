@@ -14,7 +14,6 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, group, option
 from capsule_sym._sweeps.quantities import VARIABLES
 from capsule_sym._texts import bars
-from capsule_sym._texts.stores import show_store
 from capsule_sym._units import METRIC_UNITS
 
 _EXTRA = ("xarray", "zarr", "filelock", "google_crc32c")
@@ -121,7 +120,7 @@ def sweep(
     options.check_beside("any_core", needs=("resume",))
     if store is None:
         raise click.UsageError("Missing option '--out'.")
-    with bars.counting() as progress:
+    with bars.reporting("Running cells") as progress:
         summary = capsule_sym.run_sweep(loaded, store, command=_line(), progress=progress, **how)
     if metric is not None and summary.success:
         with capsule_sym.results.open_results(store) as results:
@@ -178,7 +177,7 @@ def basin(
     options.check_beside("any_core", needs=("resume",))
     parameters, _ = system.load()
     chosen = capsule_sym.inputs.Sweep(axes, parameters, state, periods=periods)
-    with bars.counting() as progress:
+    with bars.reporting("Running cells") as progress:
         summary, _ = capsule_sym.run_basin(chosen, store, command=_line(), progress=progress, **how)
     _print_store(Path(store), as_json, _ended(summary, periods))
 
@@ -191,7 +190,7 @@ def _print_store(store: Path, as_json: bool, ended: Any = None, check: bool = Fa
     from capsule_sym._sweeps.results import info_record
 
     record = {**(ended or {}), **info_record(store, check)}
-    present.result(lambda: record, lambda: show_store(record), as_json)
+    present.result(record, as_json)
     if record.get("damaged_parts"):
         raise click.exceptions.Exit(1)
     if record.get("status") == "time-limit":

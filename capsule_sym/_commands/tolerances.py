@@ -10,7 +10,6 @@ from capsule_sym._commands.signature import between, command, option
 from capsule_sym._design.counts import SEED
 from capsule_sym._errors import InvalidInput
 from capsule_sym._texts import bars
-from capsule_sym._texts.design import show_tolerances
 
 
 @command()
@@ -69,7 +68,7 @@ def tolerances(
             max_seconds=max_seconds,
             progress=progress,
         )
-    present.report(found, "tolerances", lambda: show_tolerances(found), out, as_json)
+    present.report(found, "tolerances", out, as_json)
     present.end(found)
 
 

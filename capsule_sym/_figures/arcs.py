@@ -13,7 +13,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
+from capsule_sym._parameters import CAPSULE, Scene
 
 UNSETTLED = 16
 """Largest number of excitation periods drawn of a run without a steady motion."""
@@ -121,11 +121,3 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
 def phase_zero(drawn: Sequence[Arc]) -> int:
     """Number of the excitation period in which arcs begin, at whose phase 0 their axis begins."""
     return math.floor(float(drawn[0].time[0]) + _ROUNDED)
-
-
-def interaction(arc: Arc, parameters: SceneParameters) -> Array:
-    """Pull on the capsule along an arc (dimensionless), with the reaction of the drive, if any."""
-    c = NumpyBackend(arc.scene).constants(arc.field, parameters)
-    gap = arc.x_r - c.own_stop()
-    pull: Array = c.pull(arc.x_r, gap, arc.v_r, np.cos(math.tau * arc.time))
-    return pull

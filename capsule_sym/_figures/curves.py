@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import Stroke
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import name_points
-from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of, limit
+from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     CURVES,
@@ -43,19 +45,12 @@ def plot_curves(
     figure, axes = axes_for(axes, width, 3.3)
     places = dict[tuple[float, float], str]()
     for curve in curves:
-        kind = curve["type"]
-        colour, dashes = CURVES.get(kind, OTHER_CURVE)
-        points = curve["points"]
-        x, y = ([point[name] for point in points] for name in (first, second))
-        axes.plot(x, y, linestyle=dashes, color=colour, label=kind)
+        draw_curve(axes, curve, first, second)
         for one in curve["codimension_two"]:
             # A point that two curves have is one point.
             place = round(one[first], 9), round(one[second], 9)
             places.setdefault(place, " and ".join(dict.fromkeys(one["types"])))
-    if places:
-        draw_points(axes, [x for x, _ in places], [y for _, y in places], "codimension-two point")
     axes.margins(x=0.04, y=0.1)
-    limit(axes)
     axes.set_xlabel(named(first))
     axes.set_ylabel(named(second))
     stand = {place: f"C{number}" for number, place in enumerate(places, 1)}
@@ -68,3 +63,36 @@ def plot_curves(
         add_words(figure, [*words, *said(first, second)])
     name_points(axes, [(place, label, "black") for place, label in stand.items()])
     return describe(figure, "Curves of bifurcations")
+
+
+def draw_curve(axes: Axes, curve: Mapping[str, Any], first: str, second: str) -> None:
+    """A curve of bifurcations, and its codimension-two points, over two parameters.
+
+    Those of a device are read from "si". Raises InvalidInput for a curve over other parameters.
+    """
+    colour, style = CURVES.get(curve["type"], OTHER_CURVE)
+    # On a white rim, so that it is seen on dark areas as well.
+    axes.plot(
+        *np.reshape(_places(curve["points"], first, second), (-1, 2)).T,
+        linestyle=style,
+        color=colour,
+        linewidth=1.2,
+        label=curve["type"],
+        path_effects=[Stroke(linewidth=2.6, foreground="white"), Stroke()],
+    )
+    if found := _places(curve["codimension_two"], first, second):
+        draw_points(axes, [x for x, _ in found], [y for _, y in found], "codimension-two point")
+
+
+def _places(
+    records: Sequence[Mapping[str, Any]], first: str, second: str
+) -> list[tuple[float, float]]:
+    found = []
+    for record in records:
+        si = {name.partition(" [")[0]: value for name, value in record.get("si", {}).items()}
+        known = {**si, **record}
+        if not {first, second} <= known.keys():
+            allowed = f"of {first} and {second}, the parameters of the results"
+            raise InvalidInput("curve", list(record)[:2], allowed)
+        found.append((known[first], known[second]))
+    return found

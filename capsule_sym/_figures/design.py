@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from capsule_sym._figures.layout import add_key, axes_for, canvas, handles_of, limit
+from capsule_sym._figures.layout import add_key, axes_for, canvas, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, bulk, describe, styled
 from capsule_sym._parameters import SceneDevice
@@ -61,7 +61,7 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
     See Also
     --------
     pareto : the computation.
-    plot_pareto : front of a sweep's cells.
+    plot_diagram : a metric along branches.
 
     Examples
     --------
@@ -108,7 +108,6 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
         looks: dict[str, Any] = {"color": "0.4", "clip_on": False, "linestyle": ""}
         if out.any():
             axes.plot(*np.array(near)[:, out], ">", label="outlier beyond the axes", **looks)
-    limit(axes)
     axes.set_ylabel(metric_label(front.metrics[0], system))
     axes.set_xlabel(metric_label(front.metrics[1], system))
     if alone:

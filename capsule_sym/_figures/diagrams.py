@@ -3,33 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from capsule_sym._design.quantities import metric_of
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.branches import (
-    Record,
-    draw_runs,
-    in_order,
-    shared,
-    title_of,
-    units_of,
-)
-from capsule_sym._figures.computed import orbit_of, strobe
 from capsule_sym._figures.labels import name_points
-from capsule_sym._figures.layout import Limits, add_key, add_words, axes_for, handles_of, limit
+from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import SERIES, describe, draw_points, of_records, styled
-from capsule_sym._figures.units import named, said
-from capsule_sym._parameters import SceneDevice
+from capsule_sym._figures.style import (
+    SERIES,
+    describe,
+    draw_points,
+    mathematical,
+    of_records,
+    styled,
+)
+from capsule_sym._figures.units import Units, named, said
+from capsule_sym._orbits.continuation.branches.branch import Branch
+from capsule_sym._orbits.continuation.branches.saved import orbit_from_record
+from capsule_sym._orbits.continuation.records import branch_record
+from capsule_sym._parameters import CAPSULE, SceneDevice, scene_in
 from capsule_sym._units import METRIC_UNITS
 
 if TYPE_CHECKING:
     from capsule_sym._orbits.shooting.orbit import Orbit
+
+Record = Mapping[str, Any]
+"""A branch as plain data, as `read_branch` gives it."""
 
 _STATES = {
     "x_r": ("stroboscopic $x_r$", "strobed displacement"),
@@ -46,7 +52,7 @@ _ROOM = 0.03, 0.05  # of the axes, within which labels are written as one
 @styled
 @of_records
 def plot_diagram(
-    record: Record | Sequence[Record],
+    record: Branch | Record | Sequence[Branch | Record],
     quantity: str = "x_r",
     *,
     width: float = PAGE,
@@ -60,8 +66,8 @@ def plot_diagram(
 
     Parameters
     ----------
-    record : mapping of str, or sequence of them
-        Branches as `read_branch` gives them, all in the same parameter.
+    record : Branch, mapping of str, or sequence of them
+        Branches, or records of them as `read_branch` gives, all in the same parameter.
     quantity : str, default "x_r"
         Quantity to draw: x_r, v_r, v_c or a metric. Metrics are velocity, speed, progression, work,
         damper_loss, friction_loss, power, peak_force, peak_contact, speed_per_work,
@@ -88,7 +94,7 @@ def plot_diagram(
     See Also
     --------
     read_branch : record of a file.
-    plot_bifurcations : states and velocity of one branch.
+    plot : figure of a branch in memory.
 
     Examples
     --------
@@ -108,7 +114,8 @@ def plot_diagram(
     """
     if quantity not in QUANTITIES:
         raise InvalidInput("quantity", quantity, f"one of {', '.join(QUANTITIES)}")
-    records = [record] if isinstance(record, Mapping) else list(record)
+    given = [record] if isinstance(record, Branch | Mapping) else record
+    records = [one if isinstance(one, Mapping) else branch_record(one) for one in given]
     parameters = sorted({one["parameter"] for one in records})
     if len(parameters) != 1:
         raise InvalidInput("parameter", parameters, "the same of all branches")
@@ -125,7 +132,6 @@ def plot_diagram(
         if stable in drawn:
             axes.plot([], [], style, color="0.4", label=name)
     axes.margins(x=0.04, y=0.1)
-    limit(axes)
     titles = _titles(branches, names, axes.get_xlim())
     if titles:
         draw_points(axes, [], [], _POINT)
@@ -154,7 +160,9 @@ def _names(records: Sequence[Record]) -> list[str]:
     return found
 
 
-def _titles(branches: Sequence[Record], names: Sequence[str], view: Limits) -> list[str]:
+def _titles(
+    branches: Sequence[Record], names: Sequence[str], view: tuple[float, float]
+) -> list[str]:
     """Label, type and value of the bifurcations in view, after the name of their branch."""
     return [
         title_of(one) if name == "branch" else f"{name}: {title_of(one)}"
@@ -162,6 +170,14 @@ def _titles(branches: Sequence[Record], names: Sequence[str], view: Limits) -> l
         for one in branch["bifurcations"]
         if view[0] <= one["value"] <= view[1]
     ]
+
+
+def strobe(orbit: Orbit) -> list[list[float]]:
+    """States (x_r, v_r, v_c) of an orbit at the beginning of its excitation periods."""
+    times = orbit.parameters.period * np.arange(1, orbit.itinerary.period_number + 1)
+    trajectory = orbit.trajectory()
+    at = trajectory(np.minimum(times, trajectory.span[1]))  # the trajectory's end is a rounded sum
+    return [[float(value) for value in state] for state in at]
 
 
 class _Values(NamedTuple):
@@ -172,7 +188,7 @@ class _Values(NamedTuple):
 
     def of(self, record: Record) -> list[float]:
         """The quantity at each excitation period of an orbit."""
-        orbit = orbit_of(record)
+        orbit = orbit_from_record(record.get("orbit", record))
         return [self.scale * value for value in self._plain(orbit)]
 
     def _plain(self, orbit: Orbit) -> list[float]:
@@ -215,3 +231,82 @@ def _labels(
             names.append(one["label"])
     for place, names in groups:
         yield place, " ".join(names) if len(names) < 3 else f"{names[0]} … {names[-1]}"
+
+
+def shared(record: Record) -> dict[str, Any]:
+    """Fixed parameters of a branch: all without the one that varies."""
+    orbit = record["points"][0].get("orbit", record["points"][0])
+    known = orbit.get("parameters", {})
+    varied = {record["parameter"], *record.get("ties", ())}
+    values = {k: v for k, v in known.items() if k not in varied}
+    return {"parameters": values, "parameter": record["parameter"]}
+
+
+def units_of(record: Record, device: SceneDevice | None) -> Units:
+    """Units of a branch; raises InvalidInput where its orbits are those of another device."""
+    return Units.of_known(device, shared(record)["parameters"], scene_in(record) or CAPSULE)
+
+
+def in_order(record: Record) -> tuple[list[Record], list[bool]]:
+    """Points and bifurcations along a branch, and the stability of each stretch between them."""
+    points, first = record["points"], 0
+    beside: list[list[Record]] = [[] for _ in points]  # bifurcations by the point before them
+    for one in record["bifurcations"]:
+        places = range(first, len(points) - 1)
+        first = next((k for k in places if _between(one, *points[k : k + 2])), first)
+        beside[first].append(one)
+    nodes, stable = list[Record](), list[bool]()
+    for k, (point, between) in enumerate(zip(points, beside, strict=True)):
+        nodes += [point, *between]
+        # Between two bifurcations it is that after the first.
+        after = [abs(complex(*one["multipliers_after"][0])) < 1 for one in between[:-1]]
+        stable += [point["stable"], *after]
+        stable += [points[min(k + 1, len(points) - 1)]["stable"]] * bool(between)
+    return nodes, stable[: len(nodes) - 1]
+
+
+def _between(one: Record, before: Record, after: Record) -> bool:
+    """True if a bifurcation lies between two points; the value of a fold is beyond both."""
+    low, high = sorted((before["value"], after["value"]))
+    return bool(low <= one["value"] <= high or one["interval"][0] == before["value"])
+
+
+def draw_runs(
+    axes: Axes,
+    at: Sequence[float],
+    values: Sequence[Sequence[float]],
+    stable: Sequence[bool],
+    looks: Mapping[bool, Mapping[str, Any]],
+) -> list[Line2D]:
+    """A line for each excitation period and each run of stretches of one stability.
+
+    Stable ones are solid; `looks` are further options, by stability. Orbits of fewer periods than
+    others of their run repeat their values.
+    """
+    ordered: list[Sequence[float]] = []
+    for these in values:
+        ordered.append(_turned(these, ordered[-1]) if ordered else these)
+    stable = stable or [True]
+    turns = [i for i, (a, b) in enumerate(pairwise(stable), 1) if a != b]
+    drawn = []
+    for first, last in pairwise([0, *turns, len(stable)]):
+        run = slice(first, last + 1)
+        for place in range(max(map(len, ordered[run]))):
+            of = [one[place % len(one)] for one in ordered[run]]
+            style = "-" if stable[first] else "--"
+            drawn += axes.plot(at[run], of, style, **looks[stable[first]])
+    return drawn
+
+
+def _turned(values: Sequence[float], before: Sequence[float]) -> Sequence[float]:
+    """The values of successive periods, begun at the one where they are nearest to those before."""
+    turned = [[*values[k:], *values[:k]] for k in range(len(values))]
+    return min(
+        turned, key=lambda these: sum(abs(a - b) for a, b in zip(these, before, strict=False))
+    )
+
+
+def title_of(one: Record) -> str:
+    line = one["line"] or ""
+    where = f" {mathematical(line) if line[1:2].isdigit() else line}" if line else ""
+    return f"{one['label']}  {one['type']}{where}, {one['value']:.6f}"

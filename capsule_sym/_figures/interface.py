@@ -4,17 +4,12 @@
 # fmt: off
 
 from capsule_sym._arrays import Matrix as Array
-from capsule_sym._figures import catalogue, regions
 from capsule_sym._figures.boundaries import corners, Limits, lines
-from capsule_sym._figures.catalogue import BEGIN, Study, Track
-from capsule_sym._figures.charts import draw_regions
-from capsule_sym._figures.computed import followed, steady_run
+from capsule_sym._figures.diagrams import strobe
 from capsule_sym._figures.layout import across, add_key, add_words, canvas, handles_of, NARROW
 from capsule_sym._figures.portraits import boundary_handles, field_handles, unsettled_handles
-from capsule_sym._figures.regions import Plane, Region
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
-    Colours, describe, field_colour, figure_of, labels_of, LOOKS, mathematical, on_page, REGIONS,
-    styled,
+    describe, field_colour, figure_of, labels_of, LOOKS, mathematical, on_page, REGIONS, styled,
 )
 from capsule_sym._figures.units import DIMENSIONLESS

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
@@ -24,32 +22,11 @@ NARROW = 5.0
 """Inches of a page that has no room for panels of many texts side by side, nor for words."""
 
 _RIM = 0.03  # inches that stay free beside a key, and between it and the panels
-_LABEL = 22  # letters that fit beside a row
-
-
-Limits = tuple[float, float]
-VIEW: ContextVar[tuple[Limits | None, Limits | None]] = ContextVar("VIEW", default=(None, None))
-"""Ranges of x and y that a figure shows, where they are chosen."""
-
-
-def limit(axes: Axes, x: Limits | None = None, y: Limits | None = None) -> None:
-    """Set the ranges that axes show: chosen ones, else those given, None leaving one as it is."""
-    chosen = VIEW.get()
-    if x := chosen[0] or x:
-        axes.set_xlim(x)
-    if y := chosen[1] or y:
-        axes.set_ylim(y)
 
 
 def across(width: float, least: float, most: int) -> int:
     """Number of panels side by side, each of a least width in inches."""
     return int(max(1, min(most, width / least)))
-
-
-def label_row(axes: Any, text: str) -> None:
-    """The label upwards beside one of several rows: a long one has its unit or symbol below."""
-    shown = re.sub(r"\\[a-z]+|[${}_]", "", text)
-    axes.set_ylabel(re.sub(r" (?=[($])", "\n", text, count=1) if len(shown) > _LABEL else text)
 
 
 def add_key(
@@ -132,9 +109,6 @@ def axes_for(axes: Any, width: float, height: float, **grid: Any) -> tuple[Figur
 
     Raises InvalidInput for others than so many axes.
     """
-    x, y = VIEW.get()
-    if grid and (y or (x and not grid.get("sharex"))):
-        raise InvalidInput("ylim" if y else "xlim", y or x, "absent for panels of different axes")
     if axes is None:
         figure = new_figure(width, height, layout="constrained")
         return figure, figure.subplots(**grid)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import capsule_sym
@@ -19,13 +18,15 @@ def plot(result: Any, **options: Any) -> Figure:
 
     Parameters
     ----------
-    result : Trajectory, Orbit, Branch, Fit, Front, ContinuedAttractors, Shock, Pulse or Tolerances
-        A trajectory or an orbit gives its displacements and phase portrait, a branch the
-        bifurcation diagram, a fit its residuals, and a front its curve. `ContinuedAttractors` give
-        their fractions, a shock and a pulse both motions, tolerances the spread.
+    result : result of a function of the package
+        A trajectory or an orbit gives its displacements and phase portrait, a branch its
+        bifurcation diagram. A fit gives its residuals, a front its curve, tolerances the spread.
+        `ContinuedAttractors` give their fractions, a shock and a pulse both motions. Results of a
+        sweep over two parameters give its chart, those of a basin its attractors.
     **options : optional
-        Options of the function that draws it: `plot_motion`, `plot_bifurcations`, `plot_residuals`,
-        `plot_front`, `plot_attractors`, `plot_shock`, `plot_pulse` or `plot_tolerances`.
+        Options of the function that draws it: `plot_motion`, `plot_diagram`, `plot_residuals`,
+        `plot_front`, `plot_tolerances`, `plot_attractors`, `plot_shock`, `plot_pulse`, `plot_chart`
+        or `plot_basin`.
 
     Returns
     -------
@@ -35,7 +36,7 @@ def plot(result: Any, **options: Any) -> Figure:
     Raises
     ------
     InvalidInput
-        For anything else. Sweeps are drawn by `plot_chart`, `plot_basin` and `plot_pareto`.
+        For anything else.
 
     See Also
     --------
@@ -53,25 +54,25 @@ def plot(result: Any, **options: Any) -> Figure:
     >>> print(figure.axes[0].get_ylabel())
     stroboscopic $x_r$
     """
-    from capsule_sym._figures.computed import branch_record
+    for name in [one.__name__ for one in type(result).__mro__]:
+        if name == "Dataset":
+            kind = "plot_basin" if "attractor" in result else "plot_chart"
+        elif (kind := _DRAWN.get(name, "")) == "":
+            continue
+        drawn: Figure = getattr(capsule_sym.figures, kind)(result, **options)
+        return drawn
+    allowed = f"one of {', '.join(_DRAWN)}, or the results of a sweep or a basin"
+    raise InvalidInput("result", type(result).__name__, allowed)
 
-    drawn: dict[type[Any], Callable[..., Figure]] = {
-        capsule_sym.results.Trajectory: capsule_sym.figures.plot_motion,
-        capsule_sym.results.Orbit: capsule_sym.figures.plot_motion,
-        capsule_sym.results.Branch: capsule_sym.figures.plot_bifurcations,
-        capsule_sym.results.Fit: capsule_sym.figures.plot_residuals,
-        capsule_sym.results.Front: capsule_sym.figures.plot_front,
-        capsule_sym.results.ContinuedAttractors: capsule_sym.figures.plot_attractors,
-        capsule_sym.results.Shock: capsule_sym.figures.plot_shock,
-        capsule_sym.results.Pulse: capsule_sym.figures.plot_pulse,
-        capsule_sym.results.Tolerances: capsule_sym.figures.plot_tolerances,
-    }
-    for kind, draw in drawn.items():
-        if isinstance(result, kind):
-            shown = branch_record(result) if kind is capsule_sym.results.Branch else result
-            return draw(shown, **options)
-    allowed = ", ".join(
-        f"a{'n' * (kind is capsule_sym.results.Orbit)} {kind.__name__}" for kind in drawn
-    )
-    others = "sweeps are drawn by plot_chart, plot_basin and plot_pareto"
-    raise InvalidInput("result", type(result).__name__, f"{allowed}; {others}")
+
+_DRAWN = {
+    **dict.fromkeys(("Trajectory", "Orbit"), "plot_motion"),
+    "Branch": "plot_diagram",
+    "Fit": "plot_residuals",
+    "Front": "plot_front",
+    "ContinuedAttractors": "plot_attractors",
+    "Shock": "plot_shock",
+    "Pulse": "plot_pulse",
+    "Tolerances": "plot_tolerances",
+}
+"""Functions that draw results, by the names of their classes."""

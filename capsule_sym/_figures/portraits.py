@@ -1,4 +1,4 @@
-"""Motions in time and in the phase plane, and their guards.
+"""Motions in time and in the phase plane.
 
 Segments are in the colours of their fields.
 """
@@ -16,20 +16,18 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from capsule_sym._figures.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic, phase_zero
+from capsule_sym._figures.arcs import Arc, Motion, arcs, cycle, is_periodic, phase_zero
 from capsule_sym._figures.boundaries import lines, rest_ends, stops_of
-from capsule_sym._figures.layout import across, add_key, axes_for, handles_of, label_row, limit
+from capsule_sym._figures.layout import across, add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     GREY,
     LABELS,
     LOOKS,
     RED,
-    Colours,
     describe,
     field_colour,
     mathematical,
-    readable,
     styled,
 )
 from capsule_sym._figures.units import Units
@@ -43,7 +41,6 @@ def plot_displacements(
     axes: Axes,
     *,
     periods: int = 3,
-    colours: Colours = "safe",
     device: SceneDevice | None = None,
 ) -> None:
     """Displacements of mass (dashed) and capsule (solid) against time (Fig. 7, left).
@@ -59,8 +56,6 @@ def plot_displacements(
         Place to draw into.
     periods : int, default 3, 1 to the run's whole periods
         Number of the run's last excitation periods. It has no effect on an orbit.
-    colours : {"safe", "paper"}, default "safe"
-        Colours of the segments: safe for colour-blind readers, or those of Fig. 7 of the paper.
     device : PhysicalParameters, optional
         Device whose motion it is; the figure is then in SI units.
 
@@ -93,7 +88,7 @@ def plot_displacements(
     drawn, begin = [units.arc(arc) for arc in shown], phase_zero(shown) * units.scale("time")
     origin = drawn[0].x_c[0]
     for arc in drawn:
-        colour = field_colour(arc.field, colours, arc.scene)
+        colour = field_colour(arc.field, arc.scene)
         x_c = arc.x_c - origin
         looks: dict[str, Any] = {"color": colour, "label": f"_F{arc.field}"}
         axes.plot(arc.time - begin, x_c + arc.x_r, "--", dashes=(2.5, 1.2), **looks)
@@ -126,7 +121,6 @@ def plot_phase_portrait(
     axes: Axes,
     *,
     periods: int | None = None,
-    colours: Colours = "safe",
     device: SceneDevice | None = None,
 ) -> None:
     """The orbit in (x_r, v_r) with the boundary lines that cross the view (Fig. 7, right).
@@ -143,8 +137,6 @@ def plot_phase_portrait(
     periods : int, optional, 1 to the run's whole periods
         Number of the run's last excitation periods. The default is those of its steady motion, or
         at most 16 if there is none. It has no effect on an orbit.
-    colours : {"safe", "paper"}, default "safe"
-        Colours of the segments: safe for colour-blind readers, or those of Fig. 7 of the paper.
     device : PhysicalParameters, optional
         Device whose motion it is; the figure is then in SI units.
 
@@ -178,7 +170,7 @@ def plot_phase_portrait(
     for arc in drawn:
         looks: dict[str, Any] = {"label": f"_F{arc.field}", "zorder": 3}
         looks["linewidth"] = 1.1 if is_periodic(result) else 0.4
-        colour = field_colour(arc.field, colours, arc.scene)
+        colour = field_colour(arc.field, arc.scene)
         axes.plot(arc.x_r, arc.v_r, "-", color=colour, **looks)
     _mark_edges(axes, drawn, is_periodic(result) and periods is None)
     axes.margins(_MARGIN)
@@ -205,7 +197,6 @@ def plot_motion(
     result: Motion,
     *,
     periods: int = 3,
-    colours: Colours = "safe",
     width: float = PAGE,
     axes: Sequence[Axes] | None = None,
     device: SceneDevice | None = None,
@@ -221,8 +212,6 @@ def plot_motion(
         The motion.
     periods : int, default 3, 1 to the run's whole periods
         Number of the run's last excitation periods in the left panel. It has no effect on an orbit.
-    colours : {"safe", "paper"}, default "safe"
-        Colours of the segments: safe for colour-blind readers, or those of Fig. 7 of the paper.
     width : float, default 7, above 0
         Width of a new figure, a number of inches. Within `figure_style` the default is its width.
     axes : two Axes of Matplotlib, optional
@@ -244,7 +233,6 @@ def plot_motion(
 
     See Also
     --------
-    plot_margins : distances of the guards from their events.
     plot_displacements, plot_phase_portrait : one panel alone.
 
     Examples
@@ -258,23 +246,23 @@ def plot_motion(
     """
     side = across(width, 2.4, 2)
     figure, (left, right) = axes_for(axes, width, 2.3 * (3 - side), nrows=3 - side, ncols=side)
-    plot_displacements(result, left, periods=periods, colours=colours, device=device)
-    plot_phase_portrait(result, right, colours=colours, device=device)
+    plot_displacements(result, left, periods=periods, device=device)
+    plot_phase_portrait(result, right, device=device)
     if axes is None:
         scene = result.parameters.scene
-        handles = field_handles(figure, colours, scene) + boundary_handles(figure)
+        handles = field_handles(figure, scene) + boundary_handles(figure)
         add_key(figure, handles + unsettled_handles([result]))
     return describe(figure, "Displacements and phase portrait", parameters=result.parameters)
 
 
-def field_handles(figure: Figure, colours: Colours = "safe", scene: Scene = CAPSULE) -> list[Any]:
+def field_handles(figure: Figure, scene: Scene = CAPSULE) -> list[Any]:
     """Legend entries for the drawn segments: fields with their modes of operation.
 
     Artists of a segment are labelled by its field, such as F1 or _F1.
     """
     drawn = labels_of(figure)
     return [
-        Line2D([], [], color=field_colour(field, colours, scene), label=f"$F_{{{field}}}$ {mode}")
+        Line2D([], [], color=field_colour(field, scene), label=f"$F_{{{field}}}$ {mode}")
         for field, mode in enumerate(scene.facts.MODES, start=1)
         if drawn & {f"F{field}", f"_F{field}"}
     ]
@@ -356,121 +344,3 @@ def borders(
         ends = rest_ends(parameters, low, high)
         found += [(_FORWARD if way > 0 else _BACKWARD, line) for _, way, line in ends]
     return found
-
-
-_NAMED = 0.04  # of the bar: a piece into which the name of its segment fits
-
-
-@styled
-def plot_margins(
-    result: Motion,
-    *,
-    periods: int = 1,
-    colours: Colours = "safe",
-    width: float = PAGE,
-    axes: Sequence[Axes] | None = None,
-    device: SceneDevice | None = None,
-) -> Figure:
-    """Distance of every guard from firing, over a run's last periods or an orbit, by acting field.
-
-    A switch happens where the mass meets a stop, or where the capsule's velocity reaches 0. A
-    sticking capsule switches where the pull on it reaches a friction bound. A curve is thin where
-    its quantity is no guard of the acting field.
-
-    Parameters
-    ----------
-    result : Trajectory or Orbit
-        The motion.
-    periods : int, default 1, 1 to the run's whole periods
-        Number of the run's last excitation periods. It has no effect on an orbit.
-    colours : {"safe", "paper"}, default "safe"
-        Colours of the segments: safe for colour-blind readers, or those of Fig. 7 of the paper.
-    width : float, default 7, above 0
-        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
-    axes : four Axes of Matplotlib, optional
-        Panels to draw into, without the legend, in place of a new figure: `axes` for the itinerary,
-        the gap, the velocity and the force.
-    device : PhysicalParameters, optional
-        Device whose motion it is; the figure is then in SI units.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-
-    Raises
-    ------
-    InvalidInput
-        For a value outside its range, and for another number of axes. Also for a device of another
-        scene, frequency, mass ratio or friction bound than that of the motion.
-
-    See Also
-    --------
-    plot_motion : displacements and phase portrait.
-
-    Examples
-    --------
-    >>> import capsule_sym as cs
-    >>> figure = cs.figures.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
-    >>> print([axes.get_ylabel() for axes in figure.axes[2:]])
-    ['capsule velocity $v_c$', 'force $P_3$, $P_4$']
-    >>> print([text.get_text() for text in figure.axes[0].texts])
-    ['$F_{4}$', '$F_{1}$', '$F_{2}$', '$F_{4}$']
-    """
-    parameters = result.parameters
-    units = Units.of_motion(device, parameters)
-    shown = arcs(result, periods)
-    pushes = [interaction(arc, parameters) * units.scale("peak_force") for arc in shown]
-    drawn, begin = [units.arc(arc) for arc in shown], phase_zero(shown) * units.scale("time")
-    rows = {"height_ratios": (0.18, 1, 1, 1)}
-    figure, (bar, gap, velocity, force) = axes_for(
-        axes, width, 4.4, nrows=4, sharex=True, gridspec_kw=rows
-    )
-    itinerary_bar(drawn, bar, begin, colours)
-    places = [at * units.scale("x_r") for at in stops_of(parameters)]
-    stop = places[0] if len(places) == 1 else 0.0  # the gap is that of the one stop
-    for arc, push in zip(drawn, pushes, strict=True):
-        colour = field_colour(arc.field, colours, arc.scene)
-        time, stick = arc.time - begin, arc.stick
-        gap.plot(time, arc.x_r - stop, color=colour)
-        velocity.plot(time, arc.v_c, color=colour, linewidth=0.5 if stick else 1.1)
-        force.plot(time, push, color=colour, linewidth=1.1 if stick else 0.5)
-    bounds = [
-        way * getattr(parameters, name) for way, name in parameters.scene.facts.BOUNDS.items()
-    ]
-    levels = [(gap, at - stop) for at in places] + [(velocity, 0.0)]
-    levels += [(force, bound * units.scale("peak_force")) for bound in bounds]
-    looks: dict[str, Any] = {"color": "0.35", "linewidth": 0.6, "linestyle": "--", "zorder": 1}
-    for row, level in levels:
-        row.axhline(level, label="level of an event", **looks)
-    label_row(gap, units.label("x_r", "" if len(places) > 1 else r"gap $x_r-\delta$"))
-    label_row(velocity, units.label("v_c"))
-    own = parameters.scene is CAPSULE
-    force.set_ylabel(units.label("peak_force", "force $P_3$, $P_4$" if own else "pull $Q$"))
-    force.set_xlabel(units.label("time"))
-    limit(force, (0, drawn[-1].time[-1] - begin))
-    for row in (gap, velocity, force):
-        shade_pulses(row, parameters, begin, units)
-    if axes is None:
-        thin = Line2D([], [], color="0.4", linewidth=0.5, label="no guard of the acting field")
-        handles = field_handles(figure, colours, parameters.scene) + handles_of([gap])
-        add_key(figure, [*handles, thin, *unsettled_handles([result])])
-    return describe(figure, "Guards over time", parameters=parameters)
-
-
-def itinerary_bar(
-    drawn: Sequence[Arc], axes: Axes, begin: float, colours: Colours = "safe"
-) -> None:
-    """The itinerary as one bar over time from an instant, a piece for each segment."""
-    for arc in drawn:
-        left, width = arc.time[0] - begin, arc.time[-1] - arc.time[0]
-        colour = field_colour(arc.field, colours, arc.scene)
-        axes.broken_barh([(left, width)], (0, 1), facecolor=colour, label=f"F{arc.field}")
-        if width > _NAMED * (drawn[-1].time[-1] - begin):
-            middle, name = left + width / 2, f"$F_{{{arc.field}}}$"
-            looks: dict[str, Any] = {"color": readable(colour), "ha": "center", "va": "center"}
-            axes.text(middle, 0.46, name, fontsize="small", **looks)
-    axes.set_ylim(0, 1)
-    axes.set_yticks([])
-    axes.tick_params(bottom=False)
-    axes.spines[:].set_visible(False)

@@ -27,19 +27,14 @@ from capsule_sym._figures.sizes import COLUMN, FORMATS, PAGE, RESOLUTION, RESOLU
 from capsule_sym._files import write_whole
 from capsule_sym._parameters import CAPSULE, Scene
 
-Colours = Literal["safe", "paper"]
 _Given = ParamSpec("_Given")
 # The explorer reads the same file.
 _COLOURS = json.loads((files(__package__) / "colours.json").read_text(encoding="utf-8"))
-_FIELDS: dict[str, tuple[str, ...]] = {
-    # The hues of the paper in the palette of Okabe and Ito, which eyes of all kinds tell apart;
-    # the last three are those of contact behind: forward, rest, backward.
-    "safe": tuple(_COLOURS["fields"]),
-    "paper": (
-        *("blue", "red", "magenta", "green", "black", "orange"),
-        *("deepskyblue", "saddlebrown", "olive"),
-    ),
-}
+_FIELDS: list[str] = _COLOURS["fields"]
+"""The paper's hues in the palette of Okabe and Ito, which eyes of all kinds tell apart.
+
+The last three are those of contact behind: forward, rest, backward.
+"""
 _PALE: float = _COLOURS["pale"]  # share of white in a paler colour, as of a low level of the drive
 
 REGIONS: tuple[str, ...] = tuple(_COLOURS["regions"])
@@ -90,15 +85,10 @@ DASHES = 3.0  # length of a legend entry in which dashes are told apart, in size
 OTHER_CURVE = ("#4D4D4D", (0, (9, 2)))
 
 
-def field_colour(field: int, colours: Colours = "safe", scene: Scene = CAPSULE) -> str:
-    """Colour of the segments of a field by its number, paler where the drive is at its low level.
-
-    "paper" are those of Fig. 7; raises InvalidInput for a set that does not exist.
-    """
-    if colours not in _FIELDS:
-        raise InvalidInput("colours", colours, f"one of {', '.join(_FIELDS)}")
+def field_colour(field: int, scene: Scene = CAPSULE) -> str:
+    """Colour of a field's segments by its number, paler where the drive is at its low level."""
     contact, drift = scene.facts.FIELDS[field]
-    colour: str = _FIELDS[colours][3 * contact + 1 - drift]
+    colour = _FIELDS[3 * contact + 1 - drift]
     return paler(colour) if scene.facts.LEVELS[field] else colour
 
 
@@ -195,7 +185,7 @@ def figure_style(width: float | Literal["column", "page"] | None = None) -> Iter
     --------
     >>> import capsule_sym as cs
     >>> with cs.figures.figure_style("column"):
-    ...     figure = cs.figures.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    ...     figure = cs.figures.plot_motion(cs.solve_orbit(cs.Parameters(alpha=0.9)))
     >>> print(figure.get_figwidth())
     3.35
     """
@@ -316,9 +306,7 @@ def describe(drawn: Figure | SubFigure, title: str, **about: Any) -> Figure:
     return figure
 
 
-def save_figure(
-    figure: Figure, path: str | Path, *, dpi: float | None = None, data: bool = False
-) -> None:
+def save_figure(figure: Figure, path: str | Path, *, dpi: float | None = None) -> None:
     """Write a figure as PNG, SVG or PDF, by the ending of the path; equal figures, equal bytes.
 
     The file's metadata describe the figure: `Title`, and `Description` (PDF: `Subject`), a JSON
@@ -334,9 +322,6 @@ def save_figure(
     dpi : float, optional, 30 to 2400
         Resolution of a PNG, and of what is dots in the others, as a number of dots per inch. The
         default is 300.
-    data : bool, default False
-        True writes all that is drawn as CSV beside it, with the ending .csv: a row for each point,
-        with the number of its panel, the labels of both axes, and the name of its series.
 
     Returns
     -------
@@ -357,13 +342,11 @@ def save_figure(
     >>> import tempfile
     >>> from pathlib import Path
     >>> import capsule_sym as cs
-    >>> figure = cs.figures.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> figure = cs.figures.plot_motion(cs.solve_orbit(cs.Parameters(alpha=0.9)))
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     cs.figures.save_figure(figure, f"{folder}/margins.svg", data=True)
-    ...     print(sorted(path.name for path in Path(folder).iterdir()))
-    ...     print(Path(folder, "margins.csv").read_text().splitlines()[0])
-    ['margins.csv', 'margins.svg']
-    panel,x_label,y_label,series,x,y,z
+    ...     cs.figures.save_figure(figure, f"{folder}/motion.svg")
+    ...     print([path.name for path in Path(folder).iterdir()])
+    ['motion.svg']
     """
     kind = check_ending(Path(path))
     check_resolution(dpi)
@@ -378,10 +361,6 @@ def save_figure(
             if epoch is not None:
                 os.environ["SOURCE_DATE_EPOCH"] = epoch
     write_whole(path, drawn.getvalue())
-    if data:
-        from capsule_sym._figures.points import points_of
-
-        write_whole(Path(path).with_suffix(".csv"), points_of(figure))
 
 
 def _metadata(figure: Figure, kind: str) -> dict[str, Any]:

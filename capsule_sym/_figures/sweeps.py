@@ -1,29 +1,29 @@
-"""Results of sweeps: basins of attraction, and the Pareto front of speed and cost."""
+"""Results of sweeps over their axes: itineraries, basins of attraction, metrics."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
 from capsule_sym._design.quantities import with_derived
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.charts import draw_curve
-from capsule_sym._figures.layout import add_key, axes_for, handles_of, limit
-from capsule_sym._figures.regions import Plane, unsettled
+from capsule_sym._figures.curves import draw_curve
+from capsule_sym._figures.layout import add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
+    DASHES,
     LABELS,
     NO_RESULT,
     NOT_SETTLED,
+    OTHERS,
     STABLE,
     area_colours,
     blank,
@@ -38,17 +38,159 @@ from capsule_sym._figures.units import named, prefixed
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._parameters import CAPSULE, scene_in
 from capsule_sym._sweeps import itineraries
+from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._units import METRIC_UNITS, UNITS, scale_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 
 _STATE = "x_r", "v_r", "v_c"
 _DIGITS = 4  # of final states: those of an attractor differ by less
-_ROOM = 0.04  # of a basin: distance from its border to a number
-_FAR = 10  # times the front's largest cost, up to which cells are drawn
+_ROOM = 0.04  # of the cells along a side: distance from the border of an area to its number
+
+
+@styled
+def plot_chart(
+    results: xr.Dataset,
+    curves: Sequence[Mapping[str, Any]] = (),
+    *,
+    levels: Sequence[float] = (),
+    width: float = PAGE,
+    axes: Axes | None = None,
+) -> Figure:
+    """Itineraries over two axes, large areas with a number, exact curves and points on top.
+
+    Each cell has the colour of its itinerary. The key gives the itinerary of each number. Numbers
+    ascend as areas descend, and from the 19th on itineraries are pale grey. Cells that have not
+    settled within the sweep's periods are dark grey, those without a result white. A circle is a
+    codimension-two point.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Results of a sweep over two parameters, as `open_results` gives. Axes are in SI units where
+        those of the sweep are, else dimensionless.
+    curves : sequence of mapping, default ()
+        Curves of bifurcations over the same two parameters, as `capsule-sym curve --json` prints
+        them.
+    levels : sequence of float, default ()
+        Values of the second parameter at which a thin line is drawn, in the unit of its axis.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : Axes of Matplotlib, optional
+        Place to draw into, without the key, in place of a new figure: `axes` of one's own.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For results of another kind, and for curves over other parameters.
+
+    See Also
+    --------
+    run_sweep : computes the results.
+    plot_metric : a metric in place of the itinerary.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import capsule_sym as cs
+    >>> from capsule_sym.inputs import Axis, Sweep
+    >>> axes = Axis.linear("alpha", 0.1, 1.0, 6), Axis.linear("delta", 0.0, 0.4, 4)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     summary = cs.run_sweep(Sweep(axes, periods=100), f"{folder}/chart")
+    ...     figure = cs.figures.plot_chart(cs.results.open_results(f"{folder}/chart"))
+    >>> print([text.get_text() for text in figure.legends[0].get_texts()][:3])
+    ['1  F5 F4 F1 F2', '2  F5 F4 F1 F2 F3 F2', '3  F5 F2']
+    """
+    if "itinerary" not in results or len(results["itinerary"].dims) != 2:
+        raise InvalidInput("results", sorted(map(str, results)), "itineraries over two parameters")
+    codes, texts = results["itinerary"], itineraries.texts(results)
+    late, said = unsettled(results)
+    none = ~late & ~np.isin(codes.values, [*texts])
+    known, counts = np.unique(codes.values[~late & ~none], return_counts=True)
+    known = known[np.argsort(-counts, kind="stable")]
+    names, alone = [texts[int(code)] for code in known], axes is None
+    figure, axes = axes_for(axes, width, 0.62 * width)
+    colours = area_colours(figure, names, again=False)
+    areas = [
+        _Area(codes.values == code, colour, f"{number}  {text}", str(number))
+        for number, (code, text, colour) in enumerate(zip(known, names, colours, strict=True), 1)
+        if colour != OTHERS
+    ]
+    others = np.isin(codes.values, known[len(areas) :])
+    areas += [_Area(others, OTHERS, f"{len(known) - len(areas)} other itineraries")]
+    areas += [_Area(late, NOT_SETTLED, said), _Area(none, "", NO_RESULT)]
+    _draw_areas(axes, results, codes.dims, areas)
+    first, second = map(str, codes.dims)
+    shown = f"{named(second)} = {', '.join(f'{level:g}' for level in sorted(levels))}"
+    for level in levels:
+        dashes: Any = (0, (6, 4))
+        axes.axhline(level, color="0.2", linewidth=0.5, linestyle=dashes, label=shown)
+    for curve in curves:
+        draw_curve(axes, curve, first, second)
+    if alone:
+        key = handles_of([axes]) + _handles(areas)
+        add_key(figure, key, below=True, handlelength=DASHES)
+    return describe(figure, "Itineraries over two parameters", axes=[first, second])
+
+
+class _Area(NamedTuple):
+    """Cells of one colour, white without one: their entry of the key, and their number."""
+
+    cells: NDArray[np.bool_]
+    colour: str
+    label: str
+    number: str = ""
+
+
+def _draw_areas(axes: Axes, results: xr.Dataset, names: Any, areas: Sequence[_Area]) -> None:
+    """Fill the cells of each area; a large one has its number where it has most room."""
+    (x, x_label, _), (y, y_label, _) = (_axis(results, str(name)) for name in names)
+    shown = [area for area in areas if area.colour and area.cells.any()]
+    place = np.full((len(x), len(y)), -1)
+    for k, area in enumerate(shown):
+        place[area.cells] = k
+    axes.pcolormesh(
+        x,
+        y,
+        np.ma.masked_less(place, 0).T,
+        cmap=ListedColormap([area.colour for area in shown] or ["white"]),
+        vmin=-0.5,
+        vmax=max(len(shown), 1) - 0.5,
+        shading="nearest",
+        rasterized=True,
+    )
+    for area in shown:
+        depth = distance_transform_cdt(np.pad(area.cells, 1), "taxicab")[1:-1, 1:-1]
+        deepest = np.argwhere(depth == depth.max())
+        i, j = deepest[len(deepest) // 2]
+        if area.number and depth.max() >= _ROOM * min(depth.shape):
+            looks: dict[str, Any] = {"ha": "center", "va": "center", "color": readable(area.colour)}
+            axes.text(x[i], y[j], area.number, **looks)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)
+
+
+def _handles(areas: Sequence[_Area]) -> list[Patch]:
+    """Entries of the key for areas that have cells."""
+    return [
+        Patch(facecolor=area.colour, label=area.label) if area.colour else blank(area.label)
+        for area in areas
+        if area.cells.any()
+    ]
+
+
+def unsettled(results: xr.Dataset) -> tuple[NDArray[np.bool_], str]:
+    """Mask of the cells of a sweep that have not settled, and the text that states it."""
+    outcomes = results["outcome"].values if "outcome" in results else np.array(0)
+    said = f"not settled in {results.attrs.get('periods', 0):,} periods"
+    return outcomes == CellOutcome.NOT_SETTLED, said
 
 
 @styled
@@ -105,55 +247,25 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     """
     if "attractor" not in results or len(results["attractor"].dims) != 2:
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")
-    codes = results["attractor"]
-    first, second = map(str, codes.dims)
-    known = [int(code) for code in np.unique(codes.values[codes.values >= 0])]
-    named_so = [(code, _itinerary(results, code)) for code in known]
+    codes = results["attractor"].values
+    known = [int(code) for code in np.unique(codes[codes >= 0])]
+    texts = [_itinerary(results, code) for code in known]
     late, said = unsettled(results)
-    late = late & (codes.values < 0)
-    (x, x_label, _), (y, y_label, _) = (_axis(results, name) for name in (first, second))
-    alone = axes is None
+    late, alone = late & (codes < 0), axes is None
     figure, axes = axes_for(axes, width, 0.62 * width)
-    colours = area_colours(figure, [text or f"attractor {code}" for code, text in named_so])
-    place = np.where(late, len(known), np.searchsorted(known, codes.values))
-    axes.pcolormesh(
-        x,
-        y,
-        np.ma.masked_where((codes.values < 0) & ~late, place).T,
-        cmap=ListedColormap([*colours, NOT_SETTLED]),
-        norm=BoundaryNorm(np.arange(len(colours) + 2) - 0.5, len(colours) + 1),
-        shading="nearest",
-        rasterized=True,
-    )
-    for code, colour in zip(known, colours, strict=True):
-        (i, j), depth = _deepest(codes.values == code)
-        if depth >= _ROOM * min(codes.shape):
-            middle: dict[str, Any] = {"ha": "center", "va": "center", "color": readable(colour)}
-            axes.text(x[i], y[j], str(code), **middle)
-    axes.set_xlabel(x_label)
-    axes.set_ylabel(y_label)
+    colours = area_colours(figure, texts)
+    areas = [
+        _Area(at, colour, f"{code}  {text} {share(np.mean(at))}", str(code))
+        for code, text, colour in zip(known, texts, colours, strict=True)
+        for at in [codes == code]
+    ]
+    areas += [_Area(late, NOT_SETTLED, said), _Area(~late & (codes < 0), "", NO_RESULT)]
+    dims = results["attractor"].dims
+    _draw_areas(axes, results, dims, areas)
     _draw_attractors(axes, results, dict(zip(known, colours, strict=True)))
-    limit(axes)
     if alone:
-        handles = [
-            Patch(facecolor=colour, label=f"{code}  {text} {share(np.mean(codes.values == code))}")
-            for (code, text), colour in zip(named_so, colours, strict=True)
-        ]
-        if np.any(late):
-            handles.append(Patch(facecolor=NOT_SETTLED, label=said))
-        if np.any(~late & (codes.values < 0)):
-            handles.append(blank(NO_RESULT))
-        handles += handles_of([axes])
-        add_key(figure, handles)
-    return describe(figure, "Basins of attraction", axes=[first, second])
-
-
-def _deepest(area: NDArray[np.bool_]) -> tuple[tuple[int, int], int]:
-    """The cell of an area that lies farthest inside, and how many cells deep."""
-    depth = distance_transform_cdt(np.pad(area, 1), "taxicab")[1:-1, 1:-1]
-    cells = np.argwhere(depth == depth.max())
-    i, j = cells[len(cells) // 2]
-    return (int(i), int(j)), int(depth.max())
+        add_key(figure, _handles(areas) + handles_of([axes]))
+    return describe(figure, "Basins of attraction", axes=[*map(str, dims)])
 
 
 def _draw_attractors(axes: Axes, results: xr.Dataset, colours: Mapping[int, str]) -> None:
@@ -172,7 +284,7 @@ def _draw_attractors(axes: Axes, results: xr.Dataset, colours: Mapping[int, str]
         axes.plot(x, y, "*", **looks)
 
 
-def _axis(results: xr.Dataset, name: str) -> tuple[Array, str, float]:
+def _axis(results: xr.Dataset, name: str) -> tuple[NDArray[np.float64], str, float]:
     """Values, label and scale of an axis, of a start in SI units where the sweep is a device's."""
     values, attributes = results[name].values, results[name].attrs
     if "si_units" not in attributes:
@@ -241,7 +353,7 @@ def plot_metric(
     See Also
     --------
     plot_chart : itineraries over two parameters.
-    plot_pareto : speed against cost of transport.
+    pareto : front of two metrics.
 
     Examples
     --------
@@ -284,11 +396,8 @@ def plot_metric(
         axes.set_facecolor(NOT_SETTLED)  # the middle of two hues is white
         figure.colorbar(mesh, ax=axes, label=label, extend=_EXTENDED[beyond])
         axes.set_ylabel(sides[1][1])
-        x, y = ((float(side[0]), float(side[-1])) for side, *_ in sides)
-        plane = Plane(str(values.dims[0]), str(values.dims[1]), x, y)
         for curve in curves:
-            draw_curve(axes, curve, plane)
-    limit(axes)
+            draw_curve(axes, curve, *map(str, values.dims))
     if alone and values.ndim == 2:
         (late, said), infinite = unsettled(results), np.isinf(values.values)
         reasons = {said: late & missing, "infinite": infinite, NO_RESULT: ~(late | infinite)}
@@ -333,105 +442,4 @@ def metric_of(results: xr.Dataset, name: str) -> xr.DataArray:
         attributes = {"si_units": UNITS[name].name, "si_scale": scale_of(units, name)}
     found: xr.DataArray = known[name].copy()
     found.attrs = attributes
-    return found
-
-
-@styled
-def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
-    """Speed against cost of transport of a sweep's cells, with their Pareto front.
-
-    The speed is the absolute average velocity. The cost of transport is the work of the drive
-    divided by the friction bound and the distance. A cell is on the front if no other cell is at
-    least as fast at no greater cost. Cells of over ten times the front's largest cost are counted,
-    and not shown.
-
-    Parameters
-    ----------
-    results : xarray.Dataset
-        Results of a sweep with energies, as `open_results` gives, dimensionless. For a device the
-        speed is drawn in SI units.
-    width : float, default 7, above 0
-        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
-    axes : Axes of Matplotlib, optional
-        Place to draw into, without the key, in place of a new figure: `axes` of one's own.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-
-    Raises
-    ------
-    InvalidInput
-        For a sweep without energies, and for one in which no cell advances.
-
-    See Also
-    --------
-    pareto : front of optima, without a grid.
-    plot_metric : a metric over the parameters.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import capsule_sym as cs
-    >>> from capsule_sym.inputs import Axis, Sweep
-    >>> sweep = Sweep((Axis.linear("alpha", 0.5, 3.0, 6),), compute=("energies",))
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     summary = cs.run_sweep(sweep, f"{folder}/line")
-    ...     figure = cs.figures.plot_pareto(cs.results.open_results(f"{folder}/line"))
-    >>> for line in figure.axes[0].lines:
-    ...     print(line.get_label(), len(line.get_xdata()))
-    cells 6
-    Pareto front 3
-    """
-    speed, cost = speed_and_cost(results)
-    front = non_dominated(speed, cost)
-    of_device = results["velocity"].attrs
-    speed, unit = speed * of_device.get("si_scale", 1.0), of_device.get("si_units", "")
-    alone = axes is None
-    figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))
-    near = cost <= _FAR * cost[front].max()
-    label = f"cells, {np.sum(~near):,} of {len(cost):,} beyond" if np.any(~near) else "cells"
-    axes.plot(
-        cost[near], speed[near], ".", color="0.6", markersize=2.5, label=label, rasterized=True
-    )
-    axes.plot(
-        cost[front], speed[front], "o-", color=STABLE, drawstyle="steps-post",
-        label="Pareto front",
-    )  # fmt: skip
-    axes.set_xscale("log")
-    axes.xaxis.set_minor_formatter(NullFormatter())  # within two decades its labels would collide
-    if cost[near].max() < 100 * cost.min():
-        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axes.xaxis.set_major_formatter("{x:g}")
-    bounds = (scene_in(results.attrs) or CAPSULE).facts.BOUNDS
-    bound = "f_b" if len({*bounds.values()}) == 1 else r"f_\pm"
-    axes.set_xlabel(rf"cost of transport $W/({bound}\,|\Delta x_c|)$")
-    axes.set_ylabel(f"speed ({unit})" if unit else r"speed $|\langle v_c\rangle|$")
-    if alone:
-        add_key(figure, handles_of([axes]))
-    return describe(figure, "Pareto front of speed and cost of transport")
-
-
-def speed_and_cost(results: xr.Dataset) -> tuple[Array, Array]:
-    """Average speed and cost of transport of the cells that move, each of shape (n,).
-
-    Raises InvalidInput for a sweep without energies, or in which no cell moves.
-    """
-    if not {"velocity", "work"} <= set(results):
-        raise InvalidInput("results", sorted(map(str, results)), "a sweep that computes energies")
-    cost = metric_of(results, "cost_of_transport").values.ravel()
-    speed = abs(results["velocity"]).values.ravel()
-    moves = np.isfinite(cost) & (speed > 1e-12)
-    if not moves.any():
-        raise InvalidInput("results", "no cell in which the capsule advances", "some that do")
-    return speed[moves], cost[moves]
-
-
-def non_dominated(speed: Array, cost: Array) -> NDArray[np.int64]:
-    """Indices of the cells that none beats, by increasing cost: none as fast costs less."""
-    order = np.lexsort((-speed, cost))
-    best = np.maximum.accumulate(speed[order])
-    first = np.concatenate([[True], best[1:] > best[:-1]])
-    found: NDArray[np.int64] = order[first]
     return found

@@ -44,8 +44,9 @@ class Units:
         if device is not None:
             if device.scene is not scene:
                 raise InvalidInput("device", device, f"of the scene {scene.shown}")
-            own, tied = device.dimensionless(), _tied(device)
-            untied = (name for name in device.scene.facts.PARAMETERS if name not in tied)
+            own, facts = device.dimensionless(), scene.facts
+            tied = [name for name, _ in facts.DRIVEN.values()]
+            untied = (name for name in facts.PARAMETERS if name not in tied)
             for name in ("omega", *untied):
                 value, allowed = float(known.get(name, getattr(own, name))), getattr(own, name)
                 if not math.isclose(value, allowed, rel_tol=1e-9):
@@ -73,22 +74,11 @@ class Units:
         return replace(arc, **{name: getattr(arc, name) * self.scale(name) for name in names})
 
     def _of(self, name: str) -> tuple[float, str]:
-        device = self.device
-        if device is None:
+        if self.device is None:
             return 1.0, ""
-        tied = _tied(device)
-        if name in device.scene.facts.PARAMETERS and name not in tied:
-            # they change the units themselves
-            allowed = f"one of {', '.join(tied)} where a device is given"
-            raise InvalidInput("parameter", name, allowed)
         if name == "time":
-            factor, unit = math.tau / device.rate, "s"
-        elif name in tied:
-            physical, unit = tied[name]
-            factor = 1 / device.tie(physical)[1]
-        else:
-            factor, unit = device.scale(name), UNITS[name].name
-        return prefixed(factor, unit)
+            return prefixed(math.tau / self.device.rate, "s")
+        return prefixed(self.device.scale(name), UNITS[name].name)
 
 
 def prefixed(factor: float, unit: str) -> tuple[float, str]:
@@ -98,11 +88,6 @@ def prefixed(factor: float, unit: str) -> tuple[float, str]:
     power = 3 * math.floor((math.log10(factor) + 1) / 3)
     power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
     return factor / 10.0**power, _PREFIXES[power] + unit
-
-
-def _tied(device: SceneDevice) -> dict[str, tuple[str, str]]:
-    """Parameters that one quantity of a device is in proportion to: it, and its unit."""
-    return {tied: (name, unit) for name, (tied, unit) in device.scene.facts.DRIVEN.items()}
 
 
 def named(name: str) -> str:

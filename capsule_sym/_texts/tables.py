@@ -1,4 +1,4 @@
-"""Tables and grids of a terminal, and quantities with their units."""
+"""Tables and grids of a terminal."""
 
 from __future__ import annotations
 
@@ -7,45 +7,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from string import Formatter
 from typing import TYPE_CHECKING, Any
 
-import capsule_sym
-
 if TYPE_CHECKING:
     from rich.console import Console
-
-    from capsule_sym._parameters import SceneDevice
-
-
-_MILLI = {"m/s": "mm/s", "m": "mm"}
-
-
-def with_unit(value: float, unit: str) -> str:
-    """Value with its unit; speeds and lengths in mm."""
-    if unit in _MILLI:
-        value, unit = 1000 * value, _MILLI[unit]
-    return f"{value:.6g} {unit}".rstrip()
-
-
-def in_unit(value: float, name: str, device: SceneDevice | None, digits: int = 6) -> str:
-    """Dimensionless quantity with so many digits, or in its unit if there is a device."""
-    from capsule_sym._units import UNITS
-
-    if device is None:
-        return f"{value:.{digits}g}"
-    return with_unit(value * device.scale(name), UNITS[name].name)
-
-
-def units_of(
-    system: capsule_sym.inputs.SceneParameters | capsule_sym.inputs.SceneDevice,
-) -> dict[str, str]:
-    """Units of metrics and parameters; empty for dimensionless systems."""
-    from capsule_sym._design import quantities
-    from capsule_sym._units import METRIC_UNITS
-
-    if not isinstance(system, capsule_sym.inputs.SceneDevice):
-        return {}
-    return {name: unit.name for name, unit in METRIC_UNITS.items()} | quantities.units_of(
-        system.scene
-    )
 
 
 def make_console(stderr: bool = False, width: int = 110) -> Console:

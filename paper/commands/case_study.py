@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._commands import options, present
+from capsule_sym._commands import options
 from capsule_sym._commands.signature import command
+from capsule_sym._records import dumps
 from capsule_sym._texts import bars, tables
 
 if TYPE_CHECKING:
@@ -45,7 +46,10 @@ def case_study(*, out: options.Folder = None, as_json: options.Json = False) -> 
         found = thresholds.compute(lambda: progress.advance(task))
     record = casestudy.record(cases) | {"bifurcations": thresholds.record(found)}
     paths = [] if out is None else casestudy.write(record, out) + thresholds.save(found, out)
-    present.result(lambda: record, lambda: _print(cases, found), as_json)
+    if as_json:
+        click.echo(dumps(record))
+    else:
+        _print(cases, found)
     if paths:
         click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
 

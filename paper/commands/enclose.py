@@ -139,11 +139,12 @@ def _parts(
     name, what, column = _PARTS[option]
     task: subdivision.Task = getattr(subdivision, name)
     text = TextColumn("{task.description}")
-    with bars.progress(f"Proving {what}", None, text, TimeElapsedColumn()) as update:
+    with bars.make_progress(text, TimeElapsedColumn()) as progress:
+        task_id = progress.add_task(f"Proving {what}", total=None)
 
         def report(plane: subdivision.Plane) -> None:
             told = f"Proving {what}: {plane.share:.2%} in {plane.patches} parts"
-            update(description=told)
+            progress.update(task_id, description=told)
 
         try:
             plane = subdivision.prove(path, seconds, report=report, task=task, plan=plan)

@@ -8,12 +8,12 @@ from typing import Annotated
 import click
 
 from capsule_sym._commands import options, present
-from capsule_sym._commands.figures import Colours, Picture
+from capsule_sym._commands.figures import Picture
 from capsule_sym._commands.signature import argument, command, group
-from capsule_sym._figures.interface import Study
-from capsule_sym._texts import bars
 from capsule_sym.figures import save_figure
+from paper.commands.tracks import tracking
 from paper.figures.catalogue import FIGURES
+from paper.study.motions import Study
 
 
 def _list() -> str:
@@ -28,7 +28,6 @@ def figure(
     name: Annotated[str, argument(type=click.Choice([*FIGURES]), metavar="NAME")],
     picture: Annotated[Picture, group(Picture)],
     system: options.Chosen,
-    colours: Colours = "safe",
     as_json: options.Json = False,
 ) -> None:
     """Draw a figure of the paper or of the report by its name, of the paper's system or another.
@@ -39,19 +38,17 @@ def figure(
     from capsule_sym._figures.interface import describe
 
     parameters, device = system.load()
-    with bars.tracking() as track:
-        study = Study(track, parameters, colours, picture.width, system.chosen, device)
+    with tracking() as track:
+        study = Study(track, parameters, picture.width, system.chosen, device)
         drawn = describe(FIGURES[name].drawn(study), FIGURES[name].title)
-    save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
-    files = (picture.out, picture.out.with_suffix(".csv")) if picture.data else (picture.out,)
-    present.report_written(*files, as_json=as_json, figure=name)
+    save_figure(drawn, picture.out, dpi=picture.dpi)
+    present.report_written(picture.out, as_json=as_json, figure=name)
 
 
 @command(further=options.paper_alone)
 def report(
     *,
     out: Annotated[Path, options.written("FILE")] = Path("results/report.html"),
-    colours: Colours = "safe",
     as_json: options.Json = False,
 ) -> None:
     """Write the whole case study as one page of HTML that opens without a network.
@@ -70,7 +67,7 @@ def report(
     from capsule_sym._processes import processors
     from paper.figures.report import EXPLORER, write
 
-    with bars.tracking(lines=True) as track:
-        write(out, colours, track, processors())
+    with tracking(lines=True) as track:
+        write(out, track, processors())
     files = (out, out.parent / EXPLORER) if as_json else (out,)
     present.report_written(*files, as_json=as_json)

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym._figures.interface import BEGIN, Study
-from capsule_sym._figures.interface import catalogue as general
 from capsule_sym._parameters import of_paper
-from capsule_sym.results import orbit_from_record
+from capsule_sym.figures import plot_chart, plot_diagram, plot_motion
 from paper.study import data
+from paper.study.motions import BEGIN, Study
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,7 +55,7 @@ def _switching(which: int) -> Callable[[Study], Figure]:
 def _fig6(study: Study) -> Figure:
     from paper.figures.motions import plot_fig6
 
-    exact = [orbit_from_record(one["orbit"]) for one in study.branch()["bifurcations"]]
+    exact = [one.orbit for one in study.branch().bifurcations]
     return plot_fig6(study.motions(study.evenly(_BEHIND)), exact, **study.looks)
 
 
@@ -79,12 +78,10 @@ def _around(which: int, exactly: bool) -> Callable[[Study], Figure]:
             return plot_events(
                 events, [study.motions(list(one.alphas)) for one in events], **study.looks
             )
-        found = exact(events, study.branch()["bifurcations"])
+        found = exact(events, study.branch().bifurcations)
         orbits: list[list[Motion]] = [
             [
-                orbit_from_record(one["orbit"])
-                if one and alpha == event.middle
-                else study.motions([alpha])[0]
+                one.orbit if one and alpha == event.middle else study.motions([alpha])[0]
                 for alpha in event.alphas
             ]
             for event, one in found
@@ -95,13 +92,19 @@ def _around(which: int, exactly: bool) -> Callable[[Study], Figure]:
 
 
 def _chart(study: Study) -> Figure:
-    from capsule_sym._figures.interface import draw_regions
     from paper.study.casestudy import GAMMAS
 
-    start = study.at(BEGIN)
-    curves = data.plane_curves(study.track, start, data.PLANE)
-    regions = data.plane_regions(study.track, start, data.PLANE)
-    return draw_regions(data.PLANE, regions, curves, levels=GAMMAS, width=study.width)
+    curves = data.plane_curves(study.track, study.at(BEGIN))
+    return plot_chart(data.plane_cells(study.system), curves, levels=GAMMAS, width=study.width)
+
+
+def _motion(study: Study) -> Figure:
+    (found,) = study.motions([study.system.alpha])
+    return plot_motion(found, **study.looks, device=study.device)
+
+
+def _bifurcations(study: Study) -> Figure:
+    return plot_diagram(study.branch(), **study.looks, device=study.device)
 
 
 @dataclass(frozen=True)
@@ -298,7 +301,7 @@ FIGURES = {
         by_gamma=True,
     ),
     "motion": Entry(
-        general.FIGURES["motion"].make,
+        _motion,
         title="Displacements and phase portrait",
         caption="The steady motion from rest: mass dashed, capsule solid.",
         seen=(
@@ -311,43 +314,14 @@ FIGURES = {
         general=True,
     ),
     "bifurcations": Entry(
-        general.FIGURES["bifurcations"].make,
+        _bifurcations,
         title="Bifurcation diagram",
         caption=(
             "The branch of periodic orbits through the case study, with its exact bifurcations."
         ),
         seen=(
-            "Three curves over the excitation amplitude from 0 to 2, all solid: stroboscopic "
-            "relative displacement and velocity, which rise, and the average velocity, 0 up to "
-            "0.37 and then rising to 0.25. Eight circles mark the bifurcations, labelled above, "
-            "with a key below."
-        ),
-        by_gamma=True,
-        metric=True,
-        general=True,
-    ),
-    "itineraries": Entry(
-        general.FIGURES["itineraries"].make,
-        title="Which field acts when",
-        caption="One column is one period of the steady motion, from phase 0 upwards.",
-        seen=(
-            "Coloured bands over the excitation amplitude, one for each field that acts, upwards "
-            "by phase. Stick fills most below 0.37; forward drift with contact and then without "
-            "it grows from there, backward drift begins as a tongue at 0.94, and stick ends "
-            "beyond 1.6."
-        ),
-        by_gamma=True,
-        metric=True,
-        general=True,
-    ),
-    "energies": Entry(
-        general.FIGURES["energies"].make,
-        title="Where the work of a period goes",
-        caption="What damper and friction take is stacked; it meets the work of the drive.",
-        seen=(
-            "Above, two stacked areas over the amplitude, the loss in the damper below that to "
-            "friction, which together meet the line of the drive's work and reach 5. Below, "
-            "friction's share: 0 up to 0.37, then rising to 0.78."
+            "The stroboscopic relative displacement over the excitation amplitude from 0 to 2, a "
+            "solid curve. Eight circles on it mark the bifurcations, with their labels and a key."
         ),
         by_gamma=True,
         metric=True,
@@ -365,22 +339,6 @@ FIGURES = {
             "an itinerary each. The first four curves are nearly upright; beyond an amplitude of "
             "1.2 the curves bend and cross in circles."
         ),
-    ),
-    "margins": Entry(
-        general.FIGURES["margins"].make,
-        title="Guards of a motion over time",
-        caption=(
-            "At α = 1.5: the gap, the capsule's velocity and the force that it has to overcome; "
-            "thin where the quantity is no guard of the acting field."
-        ),
-        seen=(
-            "Four panels over one period: a bar of the itinerary, then gap, capsule velocity and "
-            "force, each a curve in the colours of the fields that switches colour where it meets "
-            "a dashed level."
-        ),
-        by_gamma=True,
-        metric=True,
-        general=True,
     ),
 }
 """Every figure by its name on the command line."""

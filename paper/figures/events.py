@@ -14,7 +14,6 @@ from capsule_sym._figures.arcs import Motion, cycle, is_periodic
 from capsule_sym._figures.interface import (
     LOOKS,
     PAGE,
-    Colours,
     across,
     add_key,
     canvas,
@@ -42,7 +41,6 @@ def plot_events(
     events: Sequence[Event],
     motions: Sequence[Sequence[Motion]],
     *,
-    colours: Colours = "safe",
     width: float = PAGE,
     figure: Figure | SubFigure | None = None,
 ) -> Figure:
@@ -67,15 +65,15 @@ def plot_events(
         for column, box in enumerate((whole, close)):
             place = divmod(2 * row + column, columns)
             axes = add_space(page, grid[place], box)
-            draw_space(parameters, axes, box, colours)
+            draw_space(parameters, axes, box)
             for one, alpha in zip(drawn, event.alphas, strict=True):
                 style = _STYLES[int(np.sign(alpha - event.middle))]
-                draw_arcs(one, axes, colours, style, width=1.3 if style == "-" else 0.9)
+                draw_arcs(one, axes, style, width=1.3 if style == "-" else 0.9)
             _name_lines(axes, parameters, box, names)
             letter = "abcdefgh"[2 * row + column]
             title = _title(event, group) if column == 0 else "magnified"
             fit_view(axes, axes.set_title(f"({letter})  {title}", loc="left", y=1.0))
-    add_key(page, [*field_handles(page, colours), *_style_handles(events)])
+    add_key(page, [*field_handles(page), *_style_handles(events)])
     names.settle()
     system = motions[0][0].parameters
     return describe(page, "Motions around bifurcations", parameters=system)

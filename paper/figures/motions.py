@@ -15,7 +15,6 @@ from capsule_sym._figures.arcs import Motion, cycle, is_periodic
 from capsule_sym._figures.interface import (
     NARROW,
     PAGE,
-    Colours,
     across,
     add_key,
     boundary_handles,
@@ -37,7 +36,6 @@ def plot_fig6(
     motions: Sequence[Motion],
     heavy: Sequence[Motion] = (),
     *,
-    colours: Colours = "safe",
     width: float = PAGE,
     figure: Figure | SubFigure | None = None,
 ) -> Figure:
@@ -55,7 +53,7 @@ def plot_fig6(
     for level, (motion, wide) in enumerate(widths):
         alpha, settled = motion.parameters.alpha, is_periodic(motion)
         for arc in cycle(motion):
-            colour = field_colour(arc.field, colours, arc.scene) if settled else "0.6"
+            colour = field_colour(arc.field, arc.scene) if settled else "0.6"
             depth = np.full_like(arc.x_r, alpha)
             axes.plot(
                 arc.x_r,
@@ -82,7 +80,7 @@ def plot_fig6(
         axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
     fit_view(axes)
     system = motions[0].parameters
-    handles = field_handles(page, colours, system.scene) + unsettled_handles(motions)
+    handles = field_handles(page, system.scene) + unsettled_handles(motions)
     if heavy:
         handles.append(Line2D([], [], color="0.4", linewidth=1.4, label="exact bifurcation"))
     add_key(page, handles)
@@ -97,7 +95,6 @@ _ROW, _FOOT = 1.1, 0.2  # heights in inches: a row, the lowest labels
 def plot_fig7(
     motions: Sequence[Trajectory],
     *,
-    colours: Colours = "safe",
     width: float = PAGE,
     figure: Figure | SubFigure | None = None,
 ) -> Figure:
@@ -115,19 +112,19 @@ def plot_fig7(
             left.set_axis_off()
             right.set_axis_off()
             continue
-        _panel(motions[index], left, right, ascii_lowercase[index], colours)
+        _panel(motions[index], left, right, ascii_lowercase[index])
     for axes in grid[:-1].flat:
         axes.set_xlabel("")
-    handles = field_handles(page, colours) + boundary_handles(page)
+    handles = field_handles(page) + boundary_handles(page)
     add_key(page, handles + unsettled_handles(motions))
     system = motions[0].parameters
     return describe(page, "Displacements and phase portraits", parameters=system)
 
 
-def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Colours) -> None:
-    plot_displacements(motion, left, colours=colours)
+def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str) -> None:
+    plot_displacements(motion, left)
     left.set_ylabel("$x_m$, $x_c$")
-    plot_phase_portrait(motion, right, colours=colours)
+    plot_phase_portrait(motion, right)
     right.set_xlabel("$x_r$")
     right.set_ylabel("$v_r$", labelpad=0)
     left.set_title(rf"({letter})  $\alpha$ = {motion.parameters.alpha:g}", loc="left")

@@ -16,7 +16,6 @@ from urllib.parse import quote
 
 from capsule_sym import InvalidInput, NotInstalled, Parameters
 from capsule_sym import _explorer as explorer
-from capsule_sym._figures.interface import Colours, Study, Track
 from capsule_sym._files import read_json
 from capsule_sym._records import write as write_texts
 from capsule_sym.figures import figure_style
@@ -25,6 +24,7 @@ from paper.figures.catalogue import FIGURES
 from paper.printed import read
 from paper.processes import end, spawning, undisturbed
 from paper.study.casestudy import GAMMAS, THRESHOLDS
+from paper.study.motions import Study, Track
 
 EXPLORER = "explorer.html"
 """Name of the explorer's page beside the report."""
@@ -69,7 +69,7 @@ class Picture(NamedTuple):
     command: str
 
 
-def write(path: Path, colours: Colours, track: Track, workers: int = 1) -> None:
+def write(path: Path, track: Track, workers: int = 1) -> None:
     """Write the page, and the explorer to which it links beside it as `explorer.html`.
 
     `workers` processes draw the figures. Each file is written whole or not at all; raises
@@ -77,10 +77,10 @@ def write(path: Path, colours: Colours, track: Track, workers: int = 1) -> None:
     """
     if path.name == EXPLORER:
         raise InvalidInput("--out", str(path), f"a name other than {EXPLORER}, the explorer's")
-    write_texts({path.name: page(colours, track, workers), EXPLORER: explorer.page()}, path.parent)
+    write_texts({path.name: page(track, workers), EXPLORER: explorer.page()}, path.parent)
 
 
-def page(colours: Colours, track: Track, workers: int = 1) -> str:
+def page(track: Track, workers: int = 1) -> str:
     """The page as text; `workers` processes draw its figures."""
     try:
         from jinja2 import Environment, StrictUndefined
@@ -113,7 +113,7 @@ def page(colours: Colours, track: Track, workers: int = 1) -> str:
         statuses=Counter(item["status"] for item in saved["proofs"]["items"])
         if saved["proofs"]
         else {},
-        pictures=_pictures(colours, track, workers),
+        pictures=_pictures(track, workers),
         precision=_precision(bench.with_suffix(".svg")),
         versions={"python": platform.python_version(), **_versions()},
         digest=DIGEST,
@@ -193,7 +193,7 @@ def _lines(proofs: Mapping[str, Any] | None) -> list[tuple[str, list[Mapping[str
     return list(found.items())
 
 
-def _pictures(colours: Colours, track: Track, workers: int) -> dict[str, list[Picture]]:
+def _pictures(track: Track, workers: int) -> dict[str, list[Picture]]:
     """The figures by name, one for each gamma where they depend on it."""
     wanted = [
         (name, gamma)
@@ -201,43 +201,38 @@ def _pictures(colours: Colours, track: Track, workers: int) -> dict[str, list[Pi
         for gamma in (GAMMAS if entry.by_gamma else GAMMAS[:1])
     ]
     found: dict[str, list[Picture]] = {}
-    with _drawing(wanted, colours, track, workers) as drawn:
+    with _drawing(wanted, track, workers) as drawn:
         for one in track(wanted, _told, len(wanted)):
             found.setdefault(one[0], []).append(next(drawn))
     return found
 
 
 @contextmanager
-def _drawing(
-    wanted: list[_Wanted], colours: Colours, track: Track, workers: int
-) -> Iterator[Iterator[Picture]]:
+def _drawing(wanted: list[_Wanted], track: Track, workers: int) -> Iterator[Iterator[Picture]]:
     """The pictures in their order, each computed and drawn on request, or in the background."""
     if workers == 1:
-        yield (_picture(one, colours, track) for one in wanted)
+        yield (_picture(one, track) for one in wanted)
         return
     executor = spawning(min(workers, len(wanted)))
     try:
         with undisturbed():
             # The one that takes longest is begun first.
             first = sorted(wanted, key=lambda one: one[0] != _LONGEST)
-            under_way = {one: executor.submit(_picture, one, colours) for one in first}
+            under_way = {one: executor.submit(_picture, one) for one in first}
         yield (under_way[one].result() for one in wanted)
     finally:
         end(executor)
 
 
-def _picture(
-    one: _Wanted, colours: Colours, track: Track = lambda items, text, total: items
-) -> Picture:
+def _picture(one: _Wanted, track: Track = lambda items, text, total: items) -> Picture:
     from capsule_sym._figures.interface import on_page
 
     name, gamma = one
     entry = FIGURES[name]
-    program = "capsule-sym" if entry.general else "python -m paper"
-    title, command = entry.title, f"{program} figure {name} --out {name}.svg"
+    title, command = entry.title, f"python -m paper figure {name} --out {name}.svg"
     if entry.by_gamma:
         title, command = f"{title}, γ = {gamma}", f"{command} --gamma {gamma}"
-    drawn = entry.make(Study(track, Parameters(gamma=gamma), colours))
+    drawn = entry.make(Study(track, Parameters(gamma=gamma)))
     uri, size = _data_uri(_svg(drawn)), on_page(drawn)
     return Picture(title, entry.caption, entry.seen, uri, *size, command)
 

@@ -30,7 +30,6 @@ from capsule_sym._figures.arcs import Arc
 from capsule_sym._figures.interface import (
     LOOKS,
     Array,
-    Colours,
     Limits,
     field_colour,
     figure_of,
@@ -92,12 +91,12 @@ def add_space(figure: Figure, place: Any, box: Box, eye: tuple[float, float] = E
     return axes
 
 
-def draw_space(parameters: Parameters, axes: Any, box: Box, colours: Colours = "safe") -> None:
+def draw_space(parameters: Parameters, axes: Any, box: Box) -> None:
     """The surfaces S1-S10 and the lines L1-L9 that meet the box."""
     order = _order(axes)
     if box.v_c[0] <= 0 <= box.v_c[1]:
         for name, polygon in surfaces(parameters, box.x_r, box.v_r).items():
-            tint = field_colour(int(name[1:]), colours)
+            tint = field_colour(int(name[1:]))
             axes.add_collection3d(
                 Poly3DCollection(
                     [np.column_stack([polygon, np.zeros(len(polygon))])],
@@ -142,16 +141,14 @@ def walls(delta: float, box: Box) -> dict[str, Array]:
     return found
 
 
-def draw_arcs(
-    drawn: Iterable[Arc], axes: Any, colours: Colours = "safe", style: Any = "-", width: float = 1.2
-) -> None:
+def draw_arcs(drawn: Iterable[Arc], axes: Any, style: Any = "-", width: float = 1.2) -> None:
     """Trajectories as arcs in the colours of their fields, cut at the walls of the box."""
     order = _order(axes)
     for arc in drawn:
         axes.plot(
             *arc.states,
             linestyle=style,
-            color=field_colour(arc.field, colours),
+            color=field_colour(arc.field),
             lw=width,
             zorder=order[arc.field],
             axlim_clip=True,

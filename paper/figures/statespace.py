@@ -15,7 +15,6 @@ from capsule_sym._figures.interface import (
     NARROW,
     PAGE,
     Array,
-    Colours,
     Limits,
     canvas,
     corners,
@@ -52,7 +51,6 @@ def window(parameters: Parameters, below: float, above: float) -> tuple[Limits, 
 def plot_fig2(
     parameters: Parameters = SCHEMATIC,
     *,
-    colours: Colours = "safe",
     width: float = PAGE,
     figure: Figure | SubFigure | None = None,
 ) -> Figure:
@@ -75,13 +73,13 @@ def plot_fig2(
     x_r, v_r = window(parameters, 1.85, 1.2)
     box = Box(x_r, v_r, (-2.5 * parameters.f_b, 2.5 * parameters.f_b))
     axes = add_space(page, view[0], box, eye=(24.0, -50.0))
-    draw_space(parameters, axes, box, colours)
+    draw_space(parameters, axes, box)
     _name_space(axes, parameters, box, names)
     relation = ("<", "=", ">")[int(np.sign(parameters.delta - parameters.f_b)) + 1]
     fit_view(axes, axes.set_title(rf"(a)  $\delta{relation}f_b$", loc="left", y=1.0))
     for index, gap in enumerate(_gaps(parameters)):
         flat = page.add_subplot(grid[index])
-        top_view(gap, flat, box.x_r, box.v_r, names, colours)
+        top_view(gap, flat, box.x_r, box.v_r, names)
         flat.set_title(rf"({'bcd'[index]})  $\delta{'<=>'[index]}f_b$", loc="left")
     names.settle()
     return describe(page, "State space", parameters=parameters)
@@ -101,7 +99,6 @@ def top_view(
     x_r: Limits,
     v_r: Limits,
     names: Names,
-    colours: Colours = "safe",
 ) -> None:
     """The plane P1 = 0: surfaces S1-S6 tinted, lines L1-L8 and corners O1, O2 named.
 
@@ -115,7 +112,7 @@ def top_view(
         own = axes.plot(*line.T, style, color=colour, linewidth=0.9, label=name)
         names.on(axes, along(line), mathematical(name), own, color=colour, bbox=PATCH)
     for name, polygon in surfaces(parameters, x_r, v_r).items():
-        tint = field_colour(int(name[1:]), colours)
+        tint = field_colour(int(name[1:]))
         axes.fill(*polygon.T, color=tint, alpha=0.16, linewidth=0, label=name)
         names.on(axes, inside(polygon), mathematical(name))
     for name, v in at.items():

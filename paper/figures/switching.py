@@ -19,7 +19,6 @@ from capsule_sym._figures.interface import (
     NARROW,
     PAGE,
     Array,
-    Colours,
     add_key,
     canvas,
     describe,
@@ -56,7 +55,6 @@ def plot_switching(
     bundles: Bundles,
     parameters: Parameters = SCHEMATIC,
     *,
-    colours: Colours = "safe",
     width: float = PAGE,
     figure: Figure | SubFigure | None = None,
 ) -> Figure:
@@ -94,17 +92,17 @@ def plot_switching(
             panels.append(page.add_subplot(place))
     names = Names(page)
     if which != 3:
-        top_view(parameters, plane, *window(parameters, 1.16, 0.96), names, colours)
+        top_view(parameters, plane, *window(parameters, 1.16, 0.96), names)
         for name, field in _ALONG[which].items():
             _fields(parameters, name, field, plane)
         plane.set_title(f"(a)  plane $P_1=0$\n{_KEY}", loc="left", fontsize="small")
     letters = ("abc" if which == 3 else "bcdefg")[: len(shown)]
     for axes, letter, section, bundle in zip(panels, letters, shown, bundles, strict=True):
-        draw_section(section, bundle, axes, colours)
+        draw_section(section, bundle, axes)
         if which == 3:
             _vectors(section, parameters, axes)
         axes.set_title(f"({letter})  {mathematical(section.name)}", loc="left")
-    add_key(page, field_handles(page, colours))
+    add_key(page, field_handles(page))
     names.settle()
     title = f"Switching on {'surfaces' if which == 3 else 'lines'}"
     return describe(page, title, parameters=parameters)
@@ -170,9 +168,7 @@ _RIM = 1.0001  # a start on the rim is inside
 _SHORT = 0.2  # span of a curve without an arrow head, in half-widths of the panel
 
 
-def draw_section(
-    section: Section, bundle: Iterable[Trajectory], axes: Axes, colours: Colours = "safe"
-) -> None:
+def draw_section(section: Section, bundle: Iterable[Trajectory], axes: Axes) -> None:
     """A bundle of trajectories that starts on the rim of a section's window."""
     _, v_r, middle = section.state
     for trajectory in bundle:
@@ -180,7 +176,7 @@ def draw_section(
             x, y = abscissa(section, arc, of_paper(trajectory.parameters)), arc.v_c
             outside = (abs(x) > _RIM * section.across) | (abs(y - middle) > _RIM * section.up)
             inside = int(np.argmax(outside)) + 1 if outside.any() else len(x)
-            colour = field_colour(arc.field, colours)
+            colour = field_colour(arc.field)
             axes.plot(x[:inside], y[:inside], color=colour, linewidth=0.8, label=f"F{arc.field}")
             spans = np.ptp(x[:inside]) / section.across, np.ptp(y[:inside]) / section.up
             if max(spans) > _SHORT:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from capsule_sym import Parameters
 from capsule_sym._figures.arcs import Arc
 from capsule_sym._figures.interface import Array
 from capsule_sym._map.interface import NumpyBackend
+from capsule_sym.results import Bifurcation
 from paper.printed import read
 
 
@@ -51,8 +52,8 @@ SLIDINGS = (
 
 
 def exact(
-    events: Sequence[Event], bifurcations: Sequence[Mapping[str, Any]]
-) -> list[tuple[Event, Mapping[str, Any] | None]]:
+    events: Sequence[Event], bifurcations: Sequence[Bifurcation]
+) -> list[tuple[Event, Bifurcation | None]]:
     """Events moved to their exact values, each with its bifurcation of a branch.
 
     The amplitudes keep their distances from the middle. An event that is not on the branch is
@@ -63,11 +64,11 @@ def exact(
         same = [
             one
             for one in bifurcations
-            if one["type"] == event.name and (one["line"] or "").split("^")[0] == event.line
+            if one.type == event.name and one.line.split("^")[0] == event.line
         ]
-        nearest = min(same, key=lambda one: abs(one["value"] - event.middle), default=None)
+        nearest = min(same, key=lambda one: abs(one.value - event.middle), default=None)
         if nearest:
-            middle = nearest["value"]
+            middle = nearest.value
             alphas = tuple(
                 middle if alpha == event.middle else middle + alpha - event.middle
                 for alpha in event.alphas

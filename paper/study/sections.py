@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym._figures.arcs import Arc, interaction
+from capsule_sym._figures.arcs import Arc
 from capsule_sym._figures.interface import Array, corners
 from capsule_sym._map.interface import NumpyBackend
 
@@ -70,7 +70,10 @@ def abscissa(section: Section, arc: Arc, parameters: Parameters) -> Array:
         return arc.x_r - parameters.delta
     if sign == 0:
         return arc.x_r - section.state[0]
-    return interaction(arc, parameters) - sign * parameters.f_b
+    constants = NumpyBackend().constants(arc.field, parameters)
+    gap = arc.x_r - constants.own_stop()
+    force: Array = constants.pull(arc.x_r, gap, arc.v_r, np.cos(2 * np.pi * arc.time))
+    return force - sign * parameters.f_b
 
 
 def sections(parameters: Parameters) -> tuple[tuple[Section, ...], ...]:

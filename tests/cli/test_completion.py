@@ -30,7 +30,6 @@ def asked(instruction: str, words: str = "") -> subprocess.CompletedProcess[str]
         ("capsule-sym sw", {"sweep"}),
         ("capsule-sym sweep --p", {"--params", "--periods"}),
         ("capsule-sym run --backend n", {"numpy"}),
-        ("capsule-sym figure m", {"margins", "motion"}),
         ("capsule-sym verify --o", {"--only", "--out"}),
     ],
 )

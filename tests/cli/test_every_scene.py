@@ -9,7 +9,6 @@ import pytest
 
 from capsule_sym import load_parameters, scenes, simulate
 from capsule_sym._cli import group
-from capsule_sym._figures.catalogue import FIGURES
 
 Command = Callable[..., CompletedProcess[str]]
 
@@ -41,10 +40,9 @@ RUNS = {
 }
 DRAWN = {
     "curve": "--XX --Y --bifurcation all --points 1 --max-seconds 5",
-    **{f"figure {name}": "--out a.png" for name in FIGURES},
 }
 STORED = ("sweep --info grid", "figure grid --out a.png", "figure basin --out a.png")
-STORED += ("figure grid --as pareto --out a.png", "figure branch/branch.json --out a.png")
+STORED += ("figure grid --of progression --out a.png", "figure branch/branch.json --out a.png")
 
 
 def test_every_command_is_here() -> None:

@@ -96,7 +96,7 @@ def test_thousands_of_command_lines(folder: Path, part: int, line: list[str]) ->
             for line in (
                 "sweep sweep.toml --out sweep.toml/below",
                 "basin --out new --x-r 0 nan 3",
-                "figure motion --out folder/.svg",
+                "figure folder --out folder/.svg",
             )
         ),
     ],

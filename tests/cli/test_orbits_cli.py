@@ -12,7 +12,6 @@ import pytest
 import capsule_sym
 from capsule_sym import PhysicalParameters, simulate
 from capsule_sym._cli import main
-from capsule_sym._texts.branches import largest_entry
 
 
 def call(capsys, *arguments: str) -> tuple[int, str, str]:
@@ -41,7 +40,7 @@ def test_an_orbit_as_json(capsys) -> None:
 def test_an_orbit_as_text(capsys) -> None:
     status, out, _ = call(capsys, "orbit", "--alpha", "1.2")
     assert status == 0
-    for text in ("F5 F4 F1 F2 F3 F2", "multipliers", "stable", "tightest", "friction loss"):
+    for text in ("F5 F4 F1 F2 F3 F2", "multipliers", "stable", "admissibility", "friction loss"):
         assert text in out
 
 
@@ -94,7 +93,7 @@ def test_a_branch_as_text(capsys) -> None:
     arguments = ("--alpha", "0.9:0.95", "--points", "5")
     status, out, _ = call(capsys, "branch", *arguments)
     assert status == 0
-    assert re.search(r"line +alpha +uncertainty", out)
+    assert re.search(r"line +value +uncertainty", out)
     assert "0.940998003446" in out
     assert "minimum of lower in segment 4, F2" in out
 
@@ -348,14 +347,6 @@ def test_figures_in_si_units_are_those_of_the_motion(capsys, device: str) -> Non
     assert {name: si[name] for name in expected} == pytest.approx(expected, rel=1e-4)
 
 
-def test_the_sign_of_a_leading_term_is_not_that_of_rounding() -> None:
-    """v_r and v_c change by as much to either side: the first of them is shown."""
-    for by in (-1e-12, 0.0, 1e-12):
-        assert largest_entry((1e-15, -2.0, 2.0 + by)) == -2.0
-    assert largest_entry((0.1, -2.0, 3.0)) == 3.0
-
-
-@pytest.mark.long
 def test_a_pulsed_branch_with_a_start_at_a_rise_is_drawn_and_restarted(capsys, tmp_path) -> None:
     """The phase of such a start is a whole period, or 0: rounding decides."""
     scene = ("--scene", "prototype", "--D", "0.3:0.35", "--points", "3")
@@ -378,9 +369,9 @@ def test_a_pulsed_branch_with_a_start_at_a_rise_is_drawn_and_restarted(capsys, t
 
 def test_a_device_that_its_drive_drags_is_called_so(capsys) -> None:
     scene, why = ("--scene", "prototype", "--D", "0.55"), "it drags the device forward without end"
-    status, out, _ = call(capsys, "run", *scene, "--periods", "5")
+    status, _, err = call(capsys, "run", *scene, "--periods", "5")
     assert status == 0
-    assert f"friction, 1, so that {why}." in " ".join(out.split())
+    assert err.endswith(f"friction, 1, so that {why}\n")
     status, out, err = call(capsys, "orbit", *scene)
     assert (status, out) == (3, "")
     assert err.startswith("no orbit (not-periodic): the mean force of drive and load, 1.1, exceeds")

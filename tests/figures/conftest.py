@@ -3,12 +3,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from capsule_sym import Parameters, results, simulate
-from capsule_sym._figures.computed import branch_from_rest
+from capsule_sym import Parameters, continue_orbit, results, simulate, solve_orbit
 
 
 @pytest.fixture(scope="session")
@@ -23,9 +21,9 @@ def settled() -> Callable[..., results.Trajectory]:
 
 
 @pytest.fixture(scope="session")
-def branch() -> Any:
-    """The branch of the case study at gamma = 3, as plain data."""
-    return branch_from_rest(Parameters(gamma=3.0), "alpha", (0.005, 2.0), 30)
+def branch() -> results.Branch:
+    """The branch of the case study at gamma = 3."""
+    return continue_orbit(solve_orbit(Parameters(alpha=0.005, gamma=3.0)), "alpha", 2.0, points=30)
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from coloraide import Color as Base
 from coloraide.distance.delta_e_2000 import DE2000
 from coloraide.filters.cvd import Deutan, Protan, Tritan
 
-from capsule_sym._figures import branches, style
+from capsule_sym._figures import style
 from capsule_sym._parameters import scene
 
 LEAST = 10.0  # seen at a glance
@@ -48,7 +48,6 @@ COMPARED = {
     "curves of a chart": sorted({colour for colour, _ in style.CURVES.values()}),
     "branches": list(style.SERIES),
     "stable and unstable": [style.STABLE, style.UNSTABLE],
-    "losses and work": [branches.DAMPER, branches.FRICTION, branches.WORK],
 }
 
 

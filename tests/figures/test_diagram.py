@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from capsule_sym import InvalidInput, continue_orbit, figures, orbits
+from capsule_sym import InvalidInput, Parameters, continue_orbit, figures, orbits, solve_orbit
 from capsule_sym._cli import main
+from capsule_sym._figures.diagrams import in_order
 from capsule_sym._orbits.continuation.records import branch_record
 from capsule_sym._records import dumps
 from tests.orbits.branches import settled
@@ -31,7 +32,8 @@ def test_a_diagram_shows_both_branches_and_their_stability(record) -> None:
         [f"PD1  period doubling, {record['bifurcations'][0]['value']:.6f}", WORD],
     ]
     assert {text.get_text() for text in axes.texts} == {"PD1"}
-    drawn = [line for line in axes.lines if len(line.get_xdata()) > 1]
+    lines = [line for line in axes.lines if len(line.get_xdata()) > 1]
+    drawn = [line for line in lines if line.get_color() != "black"]  # those lead to names
     styles = {(line.get_color(), line.get_linestyle()) for line in drawn}
     assert len({colour for colour, _ in styles}) == 2
     # The branch loses its stability to the doubled orbits, of which two states are shown.
@@ -65,7 +67,7 @@ def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
     with pytest.raises(SystemExit) as stopped:
         main(["figure", str(file), "--of", "progression", "--out", str(out), "--json"])
     assert stopped.value.code == 0
-    told = {"of": "progression", "files": [{"path": str(out), "bytes": out.stat().st_size}]}
+    told = {"files": [{"path": str(out), "bytes": out.stat().st_size}]}
     assert capsys.readouterr() == (json.dumps(told) + "\n", "")
     assert out.read_text().startswith("<?xml")
     file.write_text("{}")
@@ -103,3 +105,41 @@ def test_labels_of_a_quantity_that_is_the_same_everywhere_are_beside_their_point
     (x, y), (at,) = label.get_position(), [one["value"] for one in record["bifurcations"]]
     away = axes.transData.transform((x, y)) - axes.transData.transform((at, 0.0))
     assert np.hypot(*away) < 40  # pixels
+
+
+def test_styles_change_at_the_solved_bifurcation() -> None:
+    """Not at the next sample."""
+    start = solve_orbit(Parameters(alpha=0.04, zeta=0.005))
+    doubling = continue_orbit(start, "alpha", 0.046, points=3)
+    exact = doubling.bifurcations[0].value
+    assert exact not in [point.value for point in doubling.points]
+    (axes,) = figures.plot_diagram(doubling).axes
+    drawn = [line for line in axes.lines if len(line.get_xdata()) > 2]
+    before, after = (
+        np.concatenate([line.get_xdata() for line in drawn if line.is_dashed() == dashed])
+        for dashed in (False, True)
+    )
+    assert max(before) == min(after) == exact
+
+
+def test_styles_change_at_a_fold_whose_value_the_branch_passes_again() -> None:
+    values = (1.0, 0.9, 0.8, 0.85, 0.95, 0.9, 0.7)
+    stable = (True, True, True, False, False, True, True)
+    points = [{"value": v, "stable": s} for v, s in zip(values, stable, strict=True)]
+    folds = [
+        {"value": value, "interval": [before, value], "multipliers_after": [[size, 0.0]]}
+        for value, before, size in ((0.799, 0.8, 1.1), (0.951, 0.95, 0.9))
+    ]
+    nodes, between = in_order({"points": points, "bifurcations": folds})
+    assert [one["value"] for one in nodes] == [1.0, 0.9, 0.8, 0.799, 0.85, 0.95, 0.951, 0.9, 0.7]
+    assert between == [True, True, True, False, False, False, True, True]
+
+
+@pytest.mark.long
+def test_the_case_study_has_the_printed_bifurcations(branch) -> None:
+    (axes,) = figures.plot_diagram(branch, "velocity").axes
+    (marked,) = [line for line in axes.lines if line.get_marker() == "o" and len(line.get_xdata())]
+    assert list(marked.get_xdata()) == pytest.approx(PRINTED, rel=0.01)
+
+
+PRINTED = (0.0074, 0.3687, 0.5245, 0.939, 1.443, 1.6148, 1.661, 1.7126)

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import capsule_sym
 from capsule_sym import InvalidInput, continue_orbit, plot, solve_orbit
-from capsule_sym._figures.arcs import cycle
 from capsule_sym._figures.notebook import new_figure
-from capsule_sym._figures.points import points_of
 from capsule_sym._figures.sizes import COLUMN, PAGE, UNLISTED
 from capsule_sym._figures.style import styled
 from capsule_sym.figures import figure_style, plot_motion, save_figure
+from tests.figures import SAFE
 from tests.figures.test_parts import fitted
 from tests.sampling import sampled, some
 
@@ -97,12 +94,14 @@ def test_plot_draws_what_it_is_given(settled, branch) -> None:
     run = settled(1.2)
     orbit = solve_orbit(run.parameters)
     for result in (run, orbit):
-        left, right = plot(result, colours="paper").axes
-        assert {line.get_color() for line in left.lines} >= {"green", "magenta"}
+        left, right = plot(result).axes
+        assert {line.get_color() for line in left.lines} >= {SAFE[0], SAFE[3]}
         assert right.get_xlabel().startswith("relative displacement")
     followed = plot(continue_orbit(orbit, "alpha", 1.21, points=2))
-    assert followed.axes[2].get_xlim() == (1.2, 1.21)
-    with pytest.raises(InvalidInput, match=r"result = 'str': must be a Traj.*are drawn by plot_ch"):
+    assert followed.axes[0].get_ylabel() == "stroboscopic $x_r$"
+    with pytest.raises(
+        InvalidInput, match=r"result = 'str': must be one of Traj.*a sweep or a basin"
+    ):
         plot("alpha")
 
 
@@ -160,53 +159,6 @@ def test_a_style_of_the_users_is_kept(settled) -> None:
             assert rcParams["xtick.labelsize"] == 6  # what is not the user's is ours
 
 
-def rows_of(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
-@pytest.mark.long
-def test_what_is_drawn_is_written_beside_the_picture(settled, tmp_path: Path) -> None:
-    run = settled(1.2)
-    save_figure(plot_motion(run), tmp_path / "motion.png", data=True, dpi=30)
-    portrait = [row for row in rows_of(tmp_path / "motion.csv") if row["panel"] == "2"]
-    assert {(row["x_label"], row["y_label"], row["z"]) for row in portrait} == {
-        ("relative displacement $x_r$", "relative velocity $v_r$", "")
-    }
-    drawn = [row for row in portrait if row["series"] == "F4"]
-    expected = np.concatenate(
-        [np.column_stack([arc.x_r, arc.v_r]) for arc in cycle(run) if arc.field == 4]
-    )
-    assert np.array_equal([(float(row["x"]), float(row["y"])) for row in drawn], expected)
-
-
-def test_bars_areas_cells_and_lines_in_space_are_written() -> None:
-    figure = new_figure(6, 2)
-    bars, cells, area, deep = (
-        figure.add_subplot(1, 4, k, projection="3d" if k == 4 else None) for k in range(1, 5)
-    )
-    bars.bar([0, 2], [3, 4], 1, bottom=[0, 1], label="stack")
-    bars.axvline(5.0)  # no data
-    cells.pcolormesh([0, 1], [0, 2], np.ma.masked_less([[7, 8], [9, -1]], 0), shading="nearest")
-    area.fill_between([0, 1], [0, 0], [1, 2], label="area")
-    deep.plot([0, 1], [2, 3], [4, 5], label="deep")
-    found = [
-        (int(row["panel"]), row["series"], *(row[name] for name in "xyz"))
-        for row in csv.DictReader(points_of(figure).splitlines())
-    ]
-    assert found[:4] == [
-        (1, "stack", *corner, "")
-        for corner in (("-0.5", "0.0"), ("0.5", "3.0"), ("1.5", "1.0"), ("2.5", "5.0"))
-    ]
-    cells_found = [("0.0", "0.0", "7.0"), ("1.0", "0.0", "8.0")]
-    cells_found += [("0.0", "2.0", "9.0"), ("1.0", "2.0", "nan")]
-    assert found[4:8] == [(2, "", *cell) for cell in cells_found]
-    assert {row[2:4] for row in found if row[0] == 3} == {
-        ("0.0", "0.0"), ("1.0", "0.0"), ("0.0", "1.0"), ("1.0", "2.0")
-    }  # fmt: skip
-    assert found[-2:] == [(4, "deep", "0.0", "2.0", "4.0"), (4, "deep", "1.0", "3.0", "5.0")]
-
-
 MAGIC = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
 
@@ -234,12 +186,12 @@ def test_the_style_is_found_by_matplotlib_too() -> None:
 def test_without_matplotlib_a_message_says_how_to_install_it() -> None:
     code = (
         "import sys\nsys.modules['matplotlib'] = None\nimport capsule_sym as c\n"
-        "for name in ('plot_motion', 'figure_style', 'save_figure', 'plot_margins'):\n"
+        "for name in ('plot_motion', 'figure_style', 'save_figure'):\n"
         "    try: getattr(c.figures, name)(c.solve_orbit(c.Parameters()))\n"
         "    except c.NotInstalled as missing: print(missing)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert (
         done.stdout
-        == 4 * "matplotlib is missing: python -m pip install '.[plot]' in the checkout\n"
+        == 3 * "matplotlib is missing: python -m pip install '.[plot]' in the checkout\n"
     )

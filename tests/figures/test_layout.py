@@ -11,11 +11,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import capsule_sym as cs
-from capsule_sym._figures import branches, sweeps
-from capsule_sym._figures.catalogue import FIGURES
 from capsule_sym._figures.curves import plot_curves
 from capsule_sym._figures.style import CURVES
-from tests.figures import studies, study
 from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
 from tests.figures.test_parts import fitted, front_of, pulse, spread
@@ -27,11 +24,6 @@ COLUMN, PAGE = 3.35, 7.0
 def looked_at(figure: Any) -> list[str]:
     with cs.figures.figure_style():
         return problems(figure)
-
-
-@pytest.mark.parametrize(("name", "width", "of"), studies(FIGURES, [("margins", PAGE)]))
-def test_every_text_of_a_figure_can_be_read(name, width, of) -> None:
-    assert looked_at(FIGURES[name].make(study(width, of))) == []
 
 
 def swept() -> xr.Dataset:
@@ -50,14 +42,6 @@ def swept() -> xr.Dataset:
         coords=over,
         attrs={"omega": 0.8, "f_b": 1.0},
     )
-
-
-def scattered() -> xr.Dataset:
-    """Cells at all speeds and costs, so that no corner of the axes is free."""
-    over = {"alpha": np.linspace(0.4, 1.6, 30), "gamma": np.linspace(1, 3, 30)}
-    at = np.random.default_rng(1).uniform(0.0, 1.0, (2, 30, 30))
-    cells = {"velocity": (tuple(over), at[0]), "work": (tuple(over), at[0] * 10 ** at[1])}
-    return xr.Dataset(cells, coords=over, attrs={"omega": 0.8, "f_b": 1.0})
 
 
 def coexisting() -> Any:
@@ -94,8 +78,7 @@ STATUSES = ("optimal", "optimal-at-border", "not-converged")
 OTHERS: dict[str, Callable[[Any, float], Any]] = {
     "curves": lambda branch, width: plot_curves(crowd(), width=width),
     "chart": lambda branch, width: cs.figures.plot_chart(swept(), [CURVE], width=width),
-    "basin": lambda branch, width: sweeps.plot_basin(swept(), width=width),
-    "pareto": lambda branch, width: sweeps.plot_pareto(swept(), width=width),
+    "basin": lambda branch, width: cs.figures.plot_basin(swept(), width=width),
     "front": lambda branch, width: cs.figures.plot_front(drive(), width=width),
     "residuals": lambda branch, width: cs.figures.plot_residuals(fitted(), width=width),
     "pulse": lambda branch, width: cs.figures.plot_pulse(pulse(), width=width),
@@ -104,24 +87,10 @@ OTHERS: dict[str, Callable[[Any, float], Any]] = {
     "shock": lambda branch, width: cs.figures.plot_shock(
         cs.minimal_shock(pulse().start), width=width
     ),
-    "pareto of cells": lambda branch, width: sweeps.plot_pareto(scattered(), width=width),
-    "diagram": lambda branch, width: cs.figures.plot_diagram(
-        {**branch, "switched": [], "origin": None}, width=width
-    ),
-    "bifurcations": lambda branch, width: cs.figures.plot_bifurcations(
-        many_of(branch), width=width
-    ),
+    "diagram": lambda branch, width: cs.plot(branch, width=width),
+    "motion": lambda branch, width: cs.plot(branch.points[0].orbit, width=width),
+    "metric": lambda branch, width: cs.figures.plot_metric(swept(), width=width),
 }
-
-
-def many_of(branch: Any) -> Any:
-    """The branch with each bifurcation four times over, so that their labels have no room."""
-    found = [
-        {**one, "label": f"{one['label']}{k}", "value": one["value"] + 1e-3 * k}
-        for one in branch["bifurcations"]
-        for k in range(4)
-    ]
-    return {**branch, "bifurcations": found}
 
 
 def test_statuses_are_told_in_words() -> None:
@@ -158,13 +127,6 @@ def test_a_name_that_can_be_read_is_none() -> None:
     axes.text(0.4, 0.5, "here")
     axes.text(0.4, 0.8, "there", rotation=30)
     assert problems(figure) == []
-
-
-@pytest.mark.long
-def test_labels_of_bifurcations_that_are_not_spread_are_found(branch, monkeypatch) -> None:
-    monkeypatch.setattr(branches, "spread", lambda places, room: list(places))
-    found = looked_at(cs.figures.plot_bifurcations(branch, width=COLUMN))
-    assert {"on another: CS1 / SS1", "on another: SS1 / GS1"} <= set(found)
 
 
 def test_each_kind_of_flaw_is_found() -> None:
@@ -205,20 +167,21 @@ def test_turned_names_side_by_side_do_not_meet() -> None:
     assert problems(figure) == []
 
 
-def test_areas_of_attractors_end_at_the_solved_bifurcations_and_are_named() -> None:
+def test_fractions_of_attractors_are_stacked_and_named() -> None:
     found = coexisting()
     figure = cs.figures.plot_attractors(found)
     (axes,) = figure.axes
+    below = np.zeros(len(found.values))
     for branch, area in zip(found.branches, axes.collections, strict=True):
-        places = area.get_paths()[0].vertices[:, 0]
-        for change, end, row in ((branch.birth, places.min(), 0), (branch.death, places.max(), -1)):
-            if change is not None and branch.fractions[row]:
-                # The bifurcation by itself, on the orbit's branch from inside.
-                at = float(branch.values[row])
-                beyond = change.interval[0] if row == 0 else change.interval[1]
-                followed = cs.continue_orbit(branch.orbit(row), found.name, beyond, points=5)
-                assert any(end == pytest.approx(o.value, rel=1e-9) for o in followed.bifurcations)
-                assert end != at
+        edges: dict[float, list[float]] = {}
+        for x, y in area.get_paths()[0].vertices:
+            edges.setdefault(x, []).append(y)
+        share = np.zeros(len(found.values))
+        share[np.searchsorted(found.values, branch.values)] = branch.fractions
+        above = below + share
+        assert [min(edges[x]) for x in found.values] == pytest.approx(below)
+        assert [max(edges[x]) for x in found.values] == pytest.approx(above)
+        below = above
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
     for branch, text in zip(found.branches, shown, strict=False):
         low, high = 100 * branch.fractions.min(), 100 * branch.fractions.max()

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 from capsule_sym import InvalidInput, Parameters, simulate, solve_orbit
 from capsule_sym._figures.arcs import arcs, cycle, opening
-from capsule_sym.figures import plot_displacements, plot_margins, plot_motion, plot_phase_portrait
-from tests.figures import PAPER, SAFE, integrated
+from capsule_sym.figures import plot_displacements, plot_motion, plot_phase_portrait
+from tests.figures import SAFE, integrated
 from tests.figures.baselines import as_before
 
 
@@ -46,14 +46,13 @@ def test_arcs_are_what_their_fields_do(settled, alpha: float) -> None:
         assert before.states[0][-1] == pytest.approx(after.states[0][0], abs=1e-12)
 
 
-@pytest.mark.parametrize(("colours", "palette"), [("safe", SAFE), ("paper", PAPER)])
-def test_portrait_draws_each_segment_in_its_colour(settled, colours, palette) -> None:
+def test_portrait_draws_each_segment_in_its_colour(settled) -> None:
     run, axes = settled(1.5), axes_of()
-    plot_phase_portrait(run, axes, colours=colours)
+    plot_phase_portrait(run, axes)
     steady = run.steady()
     assert steady is not None
     drawn = curves(axes)
-    itinerary = [to_hex(palette[segment.field - 1]) for segment in steady.segments]
+    itinerary = [to_hex(SAFE[segment.field - 1]) for segment in steady.segments]
     # A period begins at phase 0, inside a segment: that one is drawn in two pieces.
     colour = [one for one, _, _ in drawn]
     assert colour[0] == colour[-1]
@@ -107,29 +106,6 @@ def test_boundary_lines_are_those_of_the_caption(settled) -> None:
     assert to_hex(named["L6"].get_color()) == "#000000"
 
 
-def test_margins_end_on_their_bounds_where_the_field_changes(settled) -> None:
-    run = settled(1.5)
-    figure = plot_margins(run)
-    bar, gap, velocity, force = figure.axes
-    palette = {colour.lower(): field for field, colour in enumerate(SAFE, start=1)}
-    ends = {}
-    for axes in (gap, velocity, force):
-        for line in axes.lines:
-            field = palette.get(to_hex(line.get_color()))
-            if field and line.get_xdata()[-1] < 0.999:
-                ends.setdefault((field, line.get_xdata()[-1]), []).append(line.get_ydata()[-1])
-    itinerary = {field for field, _ in ends}
-    assert itinerary == {4, 1, 2, 3, 6, 5}
-    for (field, _), (gap_end, velocity_end, force_end) in ends.items():
-        stick = field in (2, 5)
-        distances = [abs(gap_end), abs(abs(force_end) - 1) if stick else abs(velocity_end)]
-        assert min(distances) < 1e-9, field
-    pieces = [tuple(patch.get_paths()[0].get_extents().intervalx) for patch in bar.collections]
-    assert pieces[0][0] == 0
-    assert pieces[-1][1] == pytest.approx(1)
-    assert all(a[1] == pytest.approx(b[0]) for a, b in pairwise(pieces))
-
-
 def test_an_orbit_is_drawn_as_its_motion_is(settled) -> None:
     run = settled(1.2)
     orbit = solve_orbit(run.parameters)
@@ -165,8 +141,6 @@ def test_time_begins_at_phase_0_of_the_forcing(alpha: float, zeta: float) -> Non
         assert (axes.get_xlim()[0], time[0]) == (0.0, pytest.approx(first, abs=1e-12))
         at = np.clip(time, first, exact.span[1] / period) * period
         assert x_m - x_c == pytest.approx(exact(at)[:, 0], abs=1e-9)
-    bar = plot_margins(orbit).axes[0]
-    assert min(one.get_paths()[0].get_extents().x0 for one in bar.collections) == 0
 
 
 def test_opening_is_the_first_part_of_a_run() -> None:
@@ -187,21 +161,15 @@ def test_a_run_that_has_not_settled_is_drawn_as_it_ends_and_named() -> None:
     assert cycle(run)[0].time[0] == pytest.approx(0, abs=1e-12)
     assert cycle(run)[-1].time[-1] == pytest.approx(3)
     named = "not settled: last periods of the run"
-    for plot in (plot_motion, plot_margins):
-        (key,) = plot(run, periods=2).legends
-        assert [one.get_text() for one in key.get_texts()].count(named) == 1
+    (key,) = plot_motion(run, periods=2).legends
+    assert [one.get_text() for one in key.get_texts()].count(named) == 1
     other = simulate(Parameters(alpha=0.7, gamma=3.0), periods=128)
     assert named not in [one.get_text() for one in plot_motion(other).legends[0].get_texts()]
-
-
-def test_colours_that_do_not_exist_are_refused(settled) -> None:
-    with pytest.raises(InvalidInput, match="colours = 'loud': must be one of safe, paper"):
-        plot_motion(settled(1.2), colours="loud")
 
 
 @pytest.mark.long
 def test_a_picture_is_the_one_of_before_unless_the_motion_differs(settled, tmp_path: Path) -> None:
     baseline = Path(__file__).parent / "baselines" / "motion.png"
-    for alpha, colours, same in ((1.2, "safe", True), (1.2, "paper", False), (1.3, "safe", False)):
-        drawn = plot_motion(settled(alpha, periods=64), colours=colours)
+    for alpha, same in ((1.2, True), (1.3, False)):
+        drawn = plot_motion(settled(alpha, periods=64))
         assert as_before(drawn, baseline, tmp_path) == same

@@ -7,13 +7,11 @@ import math
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
 from capsule_sym import InvalidInput, Parameters, figures
-from capsule_sym._figures import sweeps
 from capsule_sym._figures.notebook import new_figure
 from capsule_sym._figures.style import describe
 from tests.figures.test_command import run_here
@@ -54,8 +52,7 @@ def test_a_figure_is_drawn_into_axes_of_the_users_own(settled) -> None:
     figure = Figure()
     grid = figure.subplots(2, 3)
     assert figures.plot_motion(settled(1.2), axes=grid[0, :2]) is figure
-    assert figures.plot_margins(settled(1.2), axes=[grid[0, 2], *grid[1]]) is figure
-    assert all(axes.lines or axes.collections for axes in grid.flat)
+    assert all(axes.lines for axes in grid[0, :2])
     assert figure.legends == []
     part = Figure().subfigures(1, 2)[0]
     assert figures.plot_motion(settled(1.2), axes=part.subplots(1, 2)) is part.figure
@@ -73,9 +70,9 @@ def test_what_is_described_twice_is_kept_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ("margins --width 2", "'--width': 2.0 is not in the range 3.3<=x<=20"),
-        ("margins --dpi 5", "dpi = 5.0: must be in [30, 2400]"),
-        ("motion --params nowhere.toml", "--params"),
+        (". --width 2", "'--width': 2.0 is not in the range 3.3<=x<=20"),
+        (". --dpi 5", "dpi = 5.0: must be in [30, 2400]"),
+        (". --scene nowhere", "--scene"),
     ],
 )
 def test_what_no_picture_can_have_is_refused(tmp_path: Path, arguments: str, part: str) -> None:
@@ -84,17 +81,3 @@ def test_what_no_picture_can_have_is_refused(tmp_path: Path, arguments: str, par
     assert re.fullmatch(r"error: .*\n", done.stderr)
     assert part in done.stderr
     assert list(tmp_path.iterdir()) == []
-
-
-def test_the_front_holds_what_nothing_beats() -> None:
-    generator = np.random.default_rng(5)
-    speed, cost = generator.integers(0, 12, (2, 200)).astype(float)
-    front = sweeps.non_dominated(speed, cost)
-
-    def beaten(k: int) -> bool:
-        as_good = (speed >= speed[k]) & (cost <= cost[k])
-        return bool(np.any(as_good & ((speed > speed[k]) | (cost < cost[k]))))
-
-    every = {(speed[k], cost[k]) for k in range(200) if not beaten(k)}
-    assert {(speed[k], cost[k]) for k in front} == every
-    assert list(cost[front]) == sorted(cost[front])

@@ -5,13 +5,11 @@ import pytest
 
 from capsule_sym import InvalidInput, scenes, simulate
 from capsule_sym._figures.arcs import arcs
-from capsule_sym._figures.evolution import draw_itineraries
-from capsule_sym._figures.notebook import new_figure
 from capsule_sym._figures.portraits import PULSE, borders, labels_of, stops_of
 from capsule_sym._figures.style import field_colour
 from capsule_sym._figures.units import Units, named
 from capsule_sym._records import in_si
-from capsule_sym.figures import plot_margins, plot_motion
+from capsule_sym.figures import plot_motion
 
 DEVICE = {
     **{"M_m": 1.8e-3, "M_c": 1.7e-3, "k1": 62, "k_front": 54e3, "k_back": 28e3, "c": 0.016},
@@ -40,13 +38,6 @@ def test_a_portrait_shows_the_stop_and_where_rest_ends() -> None:
     figure = plot_motion(simulate(p, periods=40))
     assert {*found} - {"rest ends backward"} <= labels_of(figure)
     assert stops_of(p) == (p.delta,)
-
-
-def test_guards_of_a_slope_have_their_own_bounds() -> None:
-    p = SLOPE.Parameters(alpha=0.8, s=-0.05, f_plus=1.3, f_minus=0.7)
-    _, _, _, force = plot_margins(simulate(p, periods=40)).axes
-    levels = {float(line.get_ydata()[0]) for line in force.lines if np.ptp(line.get_ydata()) == 0}
-    assert {1.3, -0.7} <= levels
 
 
 def test_pulses_and_their_edges_are_shown() -> None:
@@ -83,15 +74,10 @@ def test_a_stiff_contact_is_drawn_as_a_curve() -> None:
 
 
 def test_the_legend_has_what_is_drawn_alone() -> None:
-    runs = [simulate(scenes.prototype.Parameters(alpha=a), periods=60) for a in (2.0, 2.01)]
-    drawn = {arc.field for run in runs for arc in arcs(run, 1)}
-    axes = new_figure(5, 3).subplots()
-    draw_itineraries(runs, axes)
-    assert {one.get_label() for one in axes.collections} == {f"F{field}" for field in drawn}
-    texts = {text.get_text() for key in plot_motion(runs[0]).legends for text in key.get_texts()}
+    figure = plot_motion(simulate(scenes.prototype.Parameters(alpha=2.0), periods=60))
+    texts = {text.get_text() for key in figure.legends for text in key.get_texts()}
     assert "rest ends forward" in texts
     assert "stop" not in texts  # it is beyond the view
     device = Units(scenes.prototype.PhysicalParameters(**DEVICE), scenes.prototype)
-    assert device.label("D") == "duty cycle $D$"
     row = in_si(device.device, {"D": 0.4})
     assert row == {"duty": pytest.approx(0.4)}

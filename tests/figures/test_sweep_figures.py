@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 
 import capsule_sym as cs
 from capsule_sym import InvalidInput, Parameters, continue_orbit, figures, performance, solve_orbit
-from capsule_sym._figures import sweeps
-from capsule_sym._figures.computed import strobe
+from capsule_sym._figures import style
+from capsule_sym._figures.diagrams import strobe
 from capsule_sym._orbits.continuation.records import branch_record
 from capsule_sym._units import METRIC_UNITS, UNITS
 from tests.figures import DEVICE
@@ -45,24 +45,9 @@ def stores(tmp_path_factory) -> Path:
     return where
 
 
-def test_speed_and_cost_are_those_of_the_orbits(stores: Path) -> None:
-    with cs.results.open_results(stores / "grid") as results:
-        speed, cost = sweeps.speed_and_cost(results)
-    expected = []
-    for alpha in (0.3, 0.9, 1.5):
-        for omega in (0.7, 0.9):
-            orbit = solve_orbit(Parameters(alpha=alpha, omega=omega))
-            way = abs(float(orbit.progression))
-            if way > 1e-12:
-                work = float(performance(orbit).work.value)
-                expected.append((abs(float(orbit.average_velocity)), work / way))
-    assert len(expected) >= 4
-    assert np.column_stack([speed, cost]) == pytest.approx(np.array(expected), rel=1e-9)
-
-
 def test_stars_of_basins_are_the_attractors_and_numbers_stand_in_their_areas(stores: Path) -> None:
     with cs.results.open_results(stores / "basin") as results:
-        figure = sweeps.plot_basin(results)
+        figure = figures.plot_basin(results)
     (axes,) = figure.axes
     (star,) = (np.transpose(line.get_data()) for line in axes.lines)
     assert star == pytest.approx(np.array([strobe(solve_orbit(Parameters()))[0][:2]]), abs=1e-3)
@@ -78,32 +63,8 @@ def test_stars_of_basins_are_the_attractors_and_numbers_stand_in_their_areas(sto
     assert {text.get_text() for text in axes.texts} <= {text[0] for text in shown}
 
 
-def test_the_deepest_cell_of_an_area() -> None:
-    area = np.zeros((9, 12), dtype=bool)
-    area[1:8, 2:9] = True
-    assert sweeps._deepest(area) == ((4, 5), 4)
-    area[4, 5] = False  # a hole
-    (i, j), depth = sweeps._deepest(area)
-    assert (area[i, j], depth) == (True, 2)
-
-
-def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
-    with cs.results.open_results(stores / "grid") as results:
-        with pytest.raises(InvalidInput, match="a basin over two coordinates"):
-            sweeps.plot_basin(results)
-        still = results.isel(alpha=[0])
-        if float(abs(still["velocity"]).max()) <= 1e-12:
-            with pytest.raises(InvalidInput, match="no cell in which the capsule advances"):
-                sweeps.plot_pareto(still)
-    with (
-        cs.results.open_results(stores / "basin") as results,
-        pytest.raises(InvalidInput, match="a sweep that computes energies"),
-    ):
-        sweeps.plot_pareto(results)
-
-
 @pytest.mark.parametrize(
-    ("store", "more"), [("grid", []), ("basin", []), ("grid", ["--as", "pareto"])]
+    ("store", "more"), [("grid", []), ("basin", []), ("grid", ["--of", "work"])]
 )
 def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, more) -> None:
     done = run_here(
@@ -117,7 +78,7 @@ def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, m
 def test_curves_that_the_command_wrote_are_drawn(alone, stores, tmp_path, monkeypatch) -> None:
     drawn = []
     monkeypatch.setattr(
-        cs.figures, "plot_chart", lambda _, lines, width: drawn.append(lines) or Figure()
+        cs.figures, "plot_chart", lambda _, curves, width: drawn.append(curves) or Figure()
     )
     line = ["curve", "--alpha", "0.8:1.1", "--omega", "0.79:0.81", "--bifurcation", "adding"]
     done = run_here(*line, "--points", "1", "--json", cwd=tmp_path)
@@ -214,7 +175,7 @@ def of_devices(tmp_path_factory) -> dict[str, Any]:
     return found
 
 
-def test_outliers_do_not_squeeze_a_metric_or_a_front_of_cells() -> None:
+def test_outliers_do_not_squeeze_a_metric() -> None:
     over = {"alpha": np.linspace(0, 1, 10), "gamma": np.linspace(1, 3, 10)}
     speed, work = np.linspace(0.1, 0.2, 100), np.linspace(0.1, 0.2, 100) ** 2
     work[:3] = 1e4
@@ -227,9 +188,6 @@ def test_outliers_do_not_squeeze_a_metric_or_a_front_of_cells() -> None:
     assert mesh.get_clim()[1] == pytest.approx(work[98] / speed[98])
     assert mesh.colorbar.extend == "max"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["infinite"]
-    figure = sweeps.plot_pareto(results)
-    assert figure.axes[0].get_xlim()[1] < 10
-    assert figure.legends[0].get_texts()[0].get_text() == "cells, 3 of 99 beyond"
 
 
 def test_stars_of_a_devices_basin_are_in_its_units() -> None:
@@ -240,7 +198,7 @@ def test_stars_of_a_devices_basin_are_in_its_units() -> None:
     starts["v_r"].attrs = {"si_units": "m/s", "si_scale": 0.002}
     final = np.tile([1.0, 2.0, 0.0], (*starts["attractor"].shape, 1))
     starts["final"] = (("x_r", "v_r", "component"), final)
-    (axes,) = sweeps.plot_basin(starts).axes
+    (axes,) = figures.plot_basin(starts).axes
     (star,) = (line.get_xydata().tolist() for line in axes.lines)
     assert star == [pytest.approx([0.25, 4.0])]  # m, mm/s
 
@@ -268,21 +226,10 @@ def test_a_metric_over_one_parameter_is_dots_and_others_are_refused(stores: Path
             figures.plot_metric(results, "lyapunov")
 
 
-def test_an_itinerary_has_one_colour_on_a_page(stores: Path) -> None:
-    left, right = Figure().subplots(1, 2)
-    with cs.results.open_results(stores / "grid") as results:
-        cs.figures.plot_chart(results, axes=left)
-        cs.figures.plot_chart(
-            results.isel(alpha=[1, 2]), axes=right
-        )  # other areas, in another order
-    shown = [
-        {str(one.get_label()): one.get_facecolor() for one in axes.patches}
-        for axes in (left, right)
-    ]
-    both = shown[0].keys() & shown[1].keys()
-    assert both
-    assert [shown[0][one] for one in both] == [shown[1][one] for one in both]
-    assert len({*shown[1].values()}) == len(shown[1])
+def test_an_itinerary_has_one_colour_on_a_page() -> None:
+    figure = Figure()
+    first = style.area_colours(figure, ["F5 F2", "F2"])
+    assert style.area_colours(figure, ["F2", "F1 F2", "F5 F2"])[::2] == first[::-1]
 
 
 @pytest.mark.parametrize("order", [("Omega", "duty"), ("duty", "Omega")])
@@ -323,7 +270,7 @@ def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
     line = ["figure", str(stores / "basin"), "--out", "x.png", "--dpi", "30", "--json"]
     done = run_here(*line, cwd=tmp_path)
     size = (tmp_path / "x.png").stat().st_size
-    told = {"figure": "basin", "files": [{"path": "x.png", "bytes": size}]}
+    told = {"files": [{"path": "x.png", "bytes": size}]}
     assert (json.loads(done.stdout), done.stderr) == (told, "")
 
 
@@ -331,11 +278,8 @@ def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
     ("arguments", "part"),
     [
         (["nowhere"], "nowhere"),
-        (["STORE", "--curve", "none.json"], "--curve = 'none.json': must be readable"),
-        (["STORE", "--as", "basin"], "a basin over two coordinates"),
-        (["STORE", "--gamma", "2"], "--gamma is for figures by name, which "),
+        (["STORE", "--curve", "none.json"], "'--curve': Path 'none.json' does not exist"),
         (["LINE"], "itineraries over two parameters"),
-        (["ROW"], "two values or more of each parameter"),
     ],
 )
 def test_bad_input_is_one_line(stores: Path, tmp_path: Path, arguments, part) -> None:

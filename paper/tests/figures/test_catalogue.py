@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from capsule_sym import simulate
 from capsule_sym._cli import _status
-from capsule_sym._figures.catalogue import Study
 from paper.__main__ import group
 from paper.figures.capsule import plot_fig1
 from paper.figures.catalogue import FIGURES
@@ -20,14 +19,16 @@ from paper.figures.motions import plot_fig6, plot_fig7
 from paper.figures.statespace import plot_fig2
 from paper.figures.switching import plot_switching
 from paper.study.events import CROSSINGS
+from paper.study.motions import Study
 from paper.study.sections import SCHEMATIC, sections
-from tests.figures import DEVICE, studies, study, untracked
+from paper.tests.figures import studies, study
+from tests.figures import DEVICE, untracked
 from tests.figures.layout import problems
 from tests.figures.test_layout import COLUMN, PAGE, looked_at
 from tests.figures.test_parts import check_part
 from tests.sampling import sampled, some
 
-OWN = [name for name, entry in FIGURES.items() if not entry.general]
+OWN = [*FIGURES]
 
 
 def bundles(shown: Any) -> Any:

@@ -15,14 +15,14 @@ from paper.study.events import CROSSINGS, SLIDINGS, exact, nearest
 
 @pytest.mark.long
 def test_fig6_puts_each_motion_at_its_alpha(settled, branch) -> None:
-    heavy = orbit_from_record(branch["bifurcations"][3]["orbit"])
+    heavy = orbit_from_record(branch.bifurcations[3]["orbit"])
     axes = plot_fig6([settled(0.7), settled(1.9)], [heavy]).axes[0]
     found = {}
     for line in axes.lines:
         x_r, alpha, v_r = line.get_data_3d()
         assert len(set(alpha)) == 1
         found.setdefault(float(alpha[0]), []).append((line, x_r, v_r))
-    assert set(found) == {0.7, 1.9, branch["bifurcations"][3]["value"]}
+    assert set(found) == {0.7, 1.9, branch.bifurcations[3].value}
     for alpha, lines in found.items():
         wide = {line.get_linewidth() > 1 for line, _, _ in lines}
         assert wide == {alpha == heavy.parameters.alpha}
@@ -32,7 +32,7 @@ def test_fig6_puts_each_motion_at_its_alpha(settled, branch) -> None:
 
 def test_fig7_has_a_pair_of_axes_and_the_word_for_each_motion(settled) -> None:
     runs = [settled(alpha) for alpha in (0.45, 0.7, 1.2)]
-    figure = plot_fig7(runs, colours="paper")
+    figure = plot_fig7(runs)
     shown = [axes for axes in figure.axes if axes.axison]
     assert len(shown) == 6
     titles = [axes.get_title(loc="left") for axes in shown]
@@ -61,10 +61,10 @@ def test_what_is_not_periodic_is_grey_and_named(settled) -> None:
 
 def test_events_move_to_their_exact_values(branch) -> None:
     for event, (moved, one) in zip(
-        (*CROSSINGS, *SLIDINGS), exact((*CROSSINGS, *SLIDINGS), branch["bifurcations"]), strict=True
+        (*CROSSINGS, *SLIDINGS), exact((*CROSSINGS, *SLIDINGS), branch.bifurcations), strict=True
     ):
         assert one is not None
-        assert moved.middle == one["value"] == pytest.approx(event.middle, rel=0.01)
+        assert moved.middle == one.value == pytest.approx(event.middle, rel=0.01)
         assert moved.middle in moved.alphas
         assert np.array(moved.alphas) - moved.middle == pytest.approx(
             np.array(event.alphas) - event.middle, abs=1e-12
@@ -74,10 +74,10 @@ def test_events_move_to_their_exact_values(branch) -> None:
 
 
 def test_an_exact_orbit_meets_its_line(branch) -> None:
-    for event, one in exact((*CROSSINGS, *SLIDINGS), branch["bifurcations"]):
+    for event, one in exact((*CROSSINGS, *SLIDINGS), branch.bifurcations):
         orbit = orbit_from_record(one["orbit"])
         p = orbit.parameters
-        assert p.alpha == one["value"]
+        assert p.alpha == one.value
         x_r, v_r, v_c = nearest(cycle(orbit), event, p)
         force = x_r + 2 * p.zeta * v_r
         miss = {

@@ -114,7 +114,7 @@ def test_places_of_the_paper_are_in_order_with_what_is_proved_of_them() -> None:
 
 
 def test_a_page_without_results_says_how_to_make_them(plain: Path) -> None:
-    page = read(report.page("safe", untracked))
+    page = read(report.page(untracked))
     text = "".join(page.words)
     assert text.count("No result yet") == 5
     for command in (
@@ -130,7 +130,7 @@ def test_a_page_without_results_says_how_to_make_them(plain: Path) -> None:
 @pytest.mark.long
 def test_a_page_holds_all_that_it_shows(few: Path) -> None:
     results(few)
-    page = read(report.page("safe", untracked))
+    page = read(report.page(untracked))
     # The explorer is written beside it.
     assert {reference.partition("#")[0] for reference in page.references} == {"explorer.html"}
     assert set(page.targets) <= page.names
@@ -161,13 +161,13 @@ def test_a_picture_of_the_page_has_the_six_colours_of_the_fields(
         axes.axvspan(turn, turn + 1, color=colour, alpha=0.16, linewidth=0)
     entry = replace(catalogue.FIGURES["fig6"], make=lambda study: crowded)
     monkeypatch.setattr(report, "FIGURES", {"fig6": entry})
-    first, _ = read(report.page("safe", untracked)).images
+    first, _ = read(report.page(untracked)).images
     assert {colour.lower() for colour in SAFE} <= colours_of(first["src"])
 
 
 def test_a_page_shows_what_the_results_say(plain: Path) -> None:
     results(plain)
-    source = report.page("safe", untracked)
+    source = report.page(untracked)
     text = re.sub(r"\s+", " ", "".join(read(source).words))
     assert "No result yet" not in text
     assert "0.3* PΣ5,F2,Σ2 ∘ PΣ2,F5,Σ5 IdΣ2,F2,Σ2 0.125000000" in text
@@ -184,12 +184,12 @@ def test_a_page_shows_what_the_results_say(plain: Path) -> None:
     assert "theirs double 1.23e+03 – 0 0 " in text
     assert "finds all switches in 0 of them, SciPy’s solve_ivp with events in 1" in text
     assert "<sub>Σ5,F2,Σ2</sub>" in source
-    assert "capsule-sym figure margins --out margins.svg --gamma 3.0" in text
+    assert "python -m paper figure motion --out motion.svg --gamma 3.0" in text
 
 
 def test_exact_values_stand_beside_the_printed(plain: Path) -> None:
     results(plain)
-    text = re.sub(r"\s+", " ", "".join(read(report.page("safe", untracked)).words))
+    text = re.sub(r"\s+", " ", "".join(read(report.page(untracked)).words))
     assert "adding-sliding L2(2) 0.500000000000 0.51 4 +2.00 % F5 F2 F5 F4 F5 F2 " in text
     assert "fold 0.750000000000 none F2 none " in text
     assert "What follows." in text
@@ -219,7 +219,7 @@ def test_a_page_that_cannot_be_written_leaves_nothing(plain: Path) -> None:
 
     (plain / "file").write_text("")
     with pytest.raises(InvalidInput, match="must be writable"):
-        report.write(plain / "file" / "report.html", "safe", untracked)
+        report.write(plain / "file" / "report.html", untracked)
     report.write(plain / "new" / "report.html", "paper", untracked)
     assert {path.name for path in (plain / "new").iterdir()} == {"report.html", "explorer.html"}
     with pytest.raises(InvalidInput, match=r"other than explorer\.html"):
@@ -228,7 +228,7 @@ def test_a_page_that_cannot_be_written_leaves_nothing(plain: Path) -> None:
 
 def test_a_motion_leads_to_the_explorer(plain: Path) -> None:
     results(plain)
-    report.write(plain / "new" / "report.html", "safe", untracked)
+    report.write(plain / "new" / "report.html", untracked)
     links = read((plain / "new" / "report.html").read_text(encoding="utf-8")).references
     assert "explorer.html#alpha=0.3&gamma=3.3&periods=400" in links
     assert (plain / "new" / "explorer.html").read_text(encoding="utf-8") == explorer.page()
@@ -236,7 +236,7 @@ def test_a_motion_leads_to_the_explorer(plain: Path) -> None:
 
 def test_a_page_opens_with_what_was_found(plain: Path) -> None:
     results(plain)
-    page = report.page("safe", untracked)
+    page = report.page(untracked)
     text = re.sub(r"\s+", " ", "".join(read(page).words))
     findings = text[: text.index("The state is")]
     assert "exact map gives the printed global map in 1 of 2 panels of Fig. 7." in findings
@@ -253,7 +253,7 @@ def test_what_is_refuted_is_apart_from_what_is_confirmed(plain: Path) -> None:
     conditional = proofs["items"][0] | {"id": "held.x", "status": "conditional"}
     proofs["items"].append(conditional)
     path.write_text(json.dumps(proofs), encoding="utf-8")
-    page = report.page("safe", untracked)
+    page = report.page(untracked)
     errata, confirmed = page.split('<section id="confirmed">')
     confirmed, lines = confirmed.split('<section id="lines">')
     assert 'id="erratum.x"' in errata
@@ -275,7 +275,7 @@ def test_axe_finds_no_violation(few: Path, browser, theme, width) -> None:  # no
     if not AXE.exists():
         pytest.skip("axe-core is not installed: make explorer")
     results(few)
-    report.write(few / "report.html", "safe", untracked)
+    report.write(few / "report.html", untracked)
     context = browser.new_context(
         color_scheme=theme, viewport={"width": width, "height": 900}, reduced_motion="reduce"
     )
@@ -303,8 +303,8 @@ def test_axe_finds_no_violation(few: Path, browser, theme, width) -> None:  # no
 
 @pytest.mark.long
 def test_processes_draw_the_same_page(few: Path) -> None:
-    alone = report.page("safe", untracked)
-    assert report.page("safe", untracked, 2) == alone
+    alone = report.page(untracked)
+    assert report.page(untracked, 2) == alone
     assert len(read(alone).images) == 2
 
 
@@ -319,7 +319,7 @@ def test_the_whole_page_is_small_and_has_the_colours_that_were_drawn(here: Path)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report, "_svg", seen)
-        text = report.page("safe", untracked)
+        text = report.page(untracked)
     assert len(text.encode()) < 6_500_000 - 400_000  # of real tables
     images = [image["src"] for image in read(text).images][: len(legends)]
     assert sum(len(fields) == 6 for fields in legends) >= 12

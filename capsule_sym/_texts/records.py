@@ -1,0 +1,150 @@
+"""Records as texts of a terminal: names with their values, and tables of what is listed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from capsule_sym._texts import tables
+
+_ROWS = 20  # of a table: of a longer one every k-th is shown
+_ENTRIES = 12  # of a longer table of names only the first are shown
+_LINE = 90  # characters of entries that stand in one line
+# Entries for programs, which JSON and files have, and those that the end of a text has.
+_HIDDEN = {
+    *("format", "success", "status", "message", "parameters", "device", "statistics", "units"),
+    *("ties", "covariance", "singular_values", "residual", "iterations", "imbalance", "sweep"),
+    *("parts", "final", "read", "seconds", "store", "orbit", "backend", "switches"),
+}
+_DIGITS = {"uncertainty": 1, "uncertainties": 1, "admissibility": 3}
+_BLOCKS = ("orbits", "switched", "curves")
+_COLUMNS: dict[str, Sequence[str]] = {
+    "segments": (
+        *("field", "mode", "local_map", "source", "target", "start.phase", "duration"),
+        "start.state",
+    ),
+    "points": (
+        *("value", "cost", "over", "progression", "multipliers.0", "admissibility"),
+        "itinerary",
+    ),
+    "bifurcations": (
+        *("label", "type", "line", "value", "uncertainty", "itinerary_before", "itinerary_after"),
+        "normal_form.scenario",
+    ),
+    "attractors": (
+        *("number", "values", "fraction", "fractions", "interval", "period_number", "progression"),
+        *("si.progression [m]", "multipliers.0", "birth.value", "birth.type", "death.value"),
+        *("death.type", "mirror", "itinerary", "itineraries.0"),
+    ),
+    "codimension_two": ("types", "lines", "uncertainties"),
+    "differences": ("missed", "invented", "cause", "gap", "agrees_again"),
+    "axes": ("name", "quantities", "count", "first", "last"),
+    "metrics": ("metric", "nominal", "mean", "deviation", "quantiles"),
+}
+"""Columns of the table of a list, by its name; of another one they are its simple entries."""
+
+
+def show(record: Mapping[str, Any]) -> None:
+    """Print a record: names with their values, tables of what it lists, and its status."""
+    units, named = record.get("units", {}), record.get("parameters")
+    lines, console = [*_lines(record, units)], tables.make_console()
+    tables.grid(lines)
+    apart = bool(lines)
+    for name, value in record.items():
+        rows = value if isinstance(value, list) and name not in _HIDDEN else []
+        if name in _BLOCKS:
+            for one in rows:
+                console.print(end="\n" * apart)
+                show(one)
+                apart = True
+        elif rows and isinstance(rows[0], Mapping):
+            console.print(f"\n{_name(name)}" if apart else _name(name))
+            _table(name, rows, named if isinstance(named, list) else [])
+            apart = True
+    if "message" in record:
+        said = f"{record.get('status', 'result')}: {record['message']}"
+        console.print(said, soft_wrap=True)
+
+
+def _lines(entries: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    for name, value in entries.items():
+        if name in _HIDDEN or (isinstance(value, list) and value and isinstance(value[0], Mapping)):
+            continue
+        text = f"{text_of(value, name)} {units.get(name, '')}".rstrip()
+        within = value if isinstance(value, Mapping) and "value" not in value else {}
+        if within and len(text) > _LINE:
+            yield _name(name), ""
+            within = {key: one for key, one in within.items() if key not in _HIDDEN}
+            shown = [*within.items()][:_ENTRIES]
+            for part, one in shown:
+                yield f"  {_name(part)}", f"{text_of(one, part)} {units.get(part, '')}".rstrip()
+            if more := len(within) - len(shown):
+                yield "", f"{more} more"
+        elif text:
+            yield _name(name), text
+
+
+def _table(name: str, rows: Sequence[Mapping[str, Any]], first: Sequence[str]) -> None:
+    """Print rows as a table, with these columns first; those without an entry are left out."""
+    simple = [key for key, one in rows[0].items() if not isinstance(one, Mapping | list)]
+    digits = 12 if name in ("bifurcations", "codimension_two") else 6
+    some = rows[:: max(1, -(-len(rows) // _ROWS))]
+    cells = {
+        column: [text_of(_at(row, column), column, _DIGITS.get(column, digits)) for row in some]
+        for column in [*first, *_COLUMNS.get(name, simple)]
+    }
+    shown = {column: texts for column, texts in cells.items() if any(texts)}
+    heads = [_name(next(p for p in one.split(".")[::-1] if not p.isdigit())) for one in shown]
+    tables.table(heads, zip(*shown.values(), strict=True), gap=2)
+
+
+def _at(row: Any, path: str) -> Any:
+    """Entry of a row by names and numbers with points between; None if there is none."""
+    for part in path.split("."):
+        if isinstance(row, Mapping):
+            row = row.get(part)
+        elif isinstance(row, list | tuple) and part.isdigit() and int(part) < len(row):
+            row = row[int(part)]
+        else:
+            return None
+    return row
+
+
+def _name(name: str) -> str:
+    """Name of an entry with blanks; that of a quantity, such as x_r, as it is."""
+    return name if "[" in name or name[1:2] == "_" else name.replace("_", " ")
+
+
+def text_of(value: Any, name: str = "", digits: int = 9) -> str:
+    """A value of a record as text; empty for None and for what is empty."""
+    if value is None or isinstance(value, str):
+        return value or ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}"
+    if isinstance(value, Mapping):
+        if "value" in value:
+            ends = [value[end] for end in ("low", "high") if end in value]
+            shown = f"{text_of(value['value'], name, digits)} {value.get('inequality', '')}"
+            return shown.rstrip() + f" ({text_of(ends, name, 4)})" * bool(ends)
+        each = ((_name(key), text_of(one, key, digits)) for key, one in value.items())
+        return ", ".join(f"{key} {text}" for key, text in each if text)
+    if isinstance(value, list | tuple):
+        return _list(value, name, digits)
+    return f"{float(value):.{digits}g}"  # also a number of mpmath
+
+
+def _list(values: Sequence[Any], name: str, digits: int) -> str:
+    pair = len(values) == 2 and all(isinstance(one, float) for one in values)
+    if pair and "multiplier" in name:
+        real, imaginary = values
+        return f"{real:.{digits}g}{imaginary:+.{digits}g}i" if imaginary else f"{real:.{digits}g}"
+    numbers = [one for one in values if isinstance(one, float | int)]
+    if len(values) > _ENTRIES and len(numbers) == len(values):
+        values = [min(numbers), max(numbers)]
+        pair = True
+    texts = [text_of(one, name, digits) for one in values]
+    if pair and len({*texts}) == 1:
+        return texts[0]
+    return (" to " if pair else " ").join(texts)
