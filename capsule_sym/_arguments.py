@@ -56,7 +56,6 @@ _SOURCES = {
     "Figure": "plot(result)",
     "SubFigure": "figure.subfigures()",
     "Axes": "figure.subplots()",
-    "Executor": "concurrent.futures.ThreadPoolExecutor()",
     "Watch": "Watch",
 }
 """Classes whose objects are arguments, with an expression that gives one."""

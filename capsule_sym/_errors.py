@@ -82,7 +82,7 @@ class NotInstalled(CapsuleError, ImportError):
 
 _EXTRAS = {
     "plot": ("matplotlib", "shapely", "textalloc"),
-    "sweep": ("filelock", "google_crc32c", "xarray", "zarr"),
+    "sweep": ("filelock", "xarray", "zarr"),
     "symbolic": ("flint", "sympy"),
 }
 

@@ -114,7 +114,11 @@ def _of_sweep(store: Path, metric: str | None, curves: Sequence[Path], width: fl
     """The figure of the results of a sweep or a basin."""
     options.require("xarray", "zarr")
     lines = [one for path in curves for one in _curves(path)]
+    from capsule_sym._sweeps.results import undamaged
+
     with capsule_sym.results.open_results(store) as results:
+        with undamaged(store):
+            results.load()
         if metric is not None:
             return capsule_sym.figures.plot_metric(results, metric, lines, width=width)
         more: dict[str, Any] = {} if "attractor" in results else {"curves": lines}

@@ -16,7 +16,7 @@ from capsule_sym._sweeps.quantities import VARIABLES
 from capsule_sym._texts import bars
 from capsule_sym._units import METRIC_UNITS
 
-_EXTRA = ("xarray", "zarr", "filelock", "google_crc32c")
+_EXTRA = ("xarray", "zarr", "filelock")
 _STORE = option("--out", metavar="DIR", help="Directory of the results.")
 _METRICS = click.Choice([*METRIC_UNITS, "lyapunov"])
 
@@ -24,7 +24,6 @@ _METRICS = click.Choice([*METRIC_UNITS, "lyapunov"])
 def _running(
     *,
     resume: bool = False,
-    any_core: bool = False,
     workers: int | None = None,
     max_seconds: options.TimeLimit = 3600.0,
 ) -> dict[str, Any]:
@@ -34,12 +33,9 @@ def _running(
     ----------
     resume
         Continue an existing store.
-    any_core
-        Resume with a different core; results then differ in the last bits.
     workers
         Number of parallel chunks. [default: one per core]
     """
-    options.check_beside("any_core", needs=("resume",))
     return locals()
 
 
@@ -52,7 +48,6 @@ def sweep(
     compute: Annotated[str | None, option(metavar="NAMES")] = None,
     metric: Annotated[str | None, option("--of", type=_METRICS, metavar="NAME")] = None,
     info: Annotated[Path | None, option(type=click.Path(path_type=Path), metavar="DIR")] = None,
-    check: bool = False,
     store: Annotated[str | None, _STORE] = None,
     how: Annotated[dict[str, Any], group(_running)],
     as_json: options.Json = False,
@@ -90,16 +85,13 @@ def sweep(
         it needs.
     info
         Show axes, progress, outcomes, attractors and provenance of a store, also of a basin.
-    check
-        With --info: compare every file with its checksum; exit 1 if one is damaged.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
     options.require(*_EXTRA)
-    options.check_beside("check", needs=("info",))
     if info is not None:
         for one in click.get_current_context().command.params:
-            if one.name not in ("info", "check", "as_json"):
+            if one.name not in ("info", "as_json"):
                 options.check_beside(str(one.name), never=("info",))
-        return _print_store(info, as_json, check=check)
+        return _print_store(info, as_json)
     options.check_beside("metric", never=("plan",))
     over = options.ranges()
     settings: dict[str, Any] = {"periods": periods, "compute": compute and compute.split(",")}
@@ -117,7 +109,6 @@ def sweep(
         system.check_scene(loaded.parameters.scene, plan)
     else:
         loaded = _over(over, *system.load(), settings)
-    options.check_beside("any_core", needs=("resume",))
     if store is None:
         raise click.UsageError("Missing option '--out'.")
     with bars.reporting("Running cells") as progress:
@@ -174,7 +165,6 @@ def basin(
     axes = tuple(capsule_sym.inputs.Axis.linear(name, *window) for name, window in windows.items())
     if not axes:
         raise click.UsageError("give a range of starts, such as --x-r -1:1:40")
-    options.check_beside("any_core", needs=("resume",))
     parameters, _ = system.load()
     chosen = capsule_sym.inputs.Sweep(axes, parameters, state, periods=periods)
     with bars.reporting("Running cells") as progress:
@@ -182,17 +172,15 @@ def basin(
     _print_store(Path(store), as_json, _ended(summary, periods))
 
 
-def _print_store(store: Path, as_json: bool, ended: Any = None, check: bool = False) -> None:
+def _print_store(store: Path, as_json: bool, ended: Any = None) -> None:
     """Print the contents of a store, and how the run ended that filled it, if there was one.
 
-    Exits with 1 if a checked store is damaged, and with 3 at the time limit.
+    Exits with 3 at the time limit.
     """
     from capsule_sym._sweeps.results import info_record
 
-    record = {**(ended or {}), **info_record(store, check)}
+    record = {**(ended or {}), **info_record(store)}
     present.result(record, as_json)
-    if record.get("damaged_parts"):
-        raise click.exceptions.Exit(1)
     if record.get("status") == "time-limit":
         present.fail(f"the run ends ({record['status']}): {record['message']}")
 

@@ -12,7 +12,7 @@ from capsule_sym._attractors.destinations import KnownOrbits
 from capsule_sym._errors import CapsuleError, Outcome
 from capsule_sym._map import simulate
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import TimeUp, Watch, core_of, live
+from capsule_sym._native import Watch, core_of
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
@@ -32,15 +32,12 @@ class Block(NamedTuple):
     """Results of a chunk: columns (n, ...) by variable, and further records.
 
     `itineraries` has code and number of cells of each itinerary by its text, `reasons` the reason
-    of each failed cell by its index in the chunk. `kernels` (a digest) and `core` name the code
-    that computed them: backends, and cores of other widths, differ in the last bits.
+    of each failed cell by its index in the chunk.
     """
 
     columns: dict[str, NDArray[np.generic]]
     itineraries: dict[str, tuple[int, int]]
     reasons: dict[str, str]
-    kernels: str
-    core: str
 
 
 class Abandoned(CapsuleError):
@@ -65,8 +62,6 @@ def compute(part: Sweep, watch: Watch | None = None) -> Block:
         kept,
         cells.counted() if "itinerary" in part.compute else {},
         {str(i): reasons[i] for i in sorted(reasons)},
-        cells.scene.digest,
-        live(cells.scene),
     )
 
 
@@ -102,7 +97,7 @@ class _Cells:
         self.look()
         try:
             work(i)
-        except (Abandoned, TimeUp):  # an executor may compute in the thread that has the limit
+        except Abandoned:
             raise
         except Exception as error:
             self.fail(i, f"{type(error).__name__}: {error}")

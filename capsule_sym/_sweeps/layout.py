@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import platform
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,40 +45,35 @@ def provenance(command: str, scene: Scene) -> dict[str, Any]:
     }
 
 
-def lay(
-    place: Path,
-    sweep: Sweep,
-    origin: dict[str, Any],
-    cores: Iterable[str] = (),
-    itineraries: dict[str, tuple[int, int]] | None = None,
-    added: Mapping[str, Added] = MappingProxyType({}),
-) -> None:
-    """Write all results of a sweep but its chunks, as xarray opens them, with no cell computed.
-
-    `cores` computed the cells; `itineraries` is their table, `added` has further results.
-    """
-    attributes = _described(sweep, origin, cores)
+def create(place: Path, sweep: Sweep, origin: dict[str, Any]) -> None:
+    """Write the results of a sweep, as xarray opens them, with no cell computed."""
+    attributes = _described(sweep, origin)
     columns = _coordinates(sweep)
     # xarray takes a column along an axis of another name for a result unless it is listed.
     if others := [name for name, (axis, *_) in columns.items() if name != axis]:
         attributes["coordinates"] = " ".join(others)
-    group = zarr.create_group(place, attributes=attributes)
+    group = zarr.create_group(place, attributes=attributes, overwrite=True)
     for name, (axis, column, units) in columns.items():
         group.create_array(name, data=column, dimension_names=[axis], attributes={**units})
-    made = arrays(group, sweep)
-    if itineraries is not None:
-        made["itinerary"].attrs.update(itinerary_flags(itineraries))
+    for name, v in variables(sweep.compute).items():
+        about: dict[str, Any] = {"units": "1", "long_name": v.meaning, **_si(sweep, name)}
+        if name == "outcome":  # and its codes, as CF flags
+            about |= {
+                "flag_values": [int(outcome) for outcome in CellOutcome],
+                "flag_meanings": " ".join(outcome.name.lower() for outcome in CellOutcome),
+            }
+        _array(group, name, sweep, np.dtype(v.dtype), about, v.dimension)
+    add(group, sweep, {})
+
+
+def add(group: zarr.Group, sweep: Sweep, added: Mapping[str, Added]) -> None:
+    """Write further results of all cells, and copy the arrays' metadata into the group's file."""
     for name, (result, attributes) in added.items():
         _array(group, name, sweep, result.dtype, attributes)[...] = result
-    _consolidate(place)
-
-
-def _consolidate(place: Path) -> None:
-    """Copy the metadata of a group's arrays into the group's own file, as xarray expects."""
     with warnings.catch_warnings():
         # Zarr warns that readers other than its own and xarray may ignore these copies.
         warnings.simplefilter("ignore", ZarrUserWarning)
-        zarr.consolidate_metadata(str(place))
+        zarr.consolidate_metadata(group.store)
 
 
 def _coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict[str, Any]]]:
@@ -108,7 +102,7 @@ def _si(sweep: Sweep, name: str) -> dict[str, Any]:
     return {"si_units": UNITS[name].name, "si_scale": sweep.device.scale(name)}
 
 
-def _described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -> dict[str, Any]:
+def _described(sweep: Sweep, origin: dict[str, Any]) -> dict[str, Any]:
     """Attributes of results: all that is the same for every cell of a sweep."""
     fixed = {
         **sweep.parameters.to_dict(),
@@ -121,25 +115,9 @@ def _described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) 
         "tolerance": sweep.tolerance,
         **{name: value for name, value in fixed.items() if name not in varied},
         **({"si_scales": units_of(sweep.device)} if sweep.device else {}),
-        **{name: origin[name] for name in ("command", "kernels")},
-        "core": "; ".join(cores) or origin["core"],
+        **{name: origin[name] for name in ("command", "kernels", "core")},
         "versions": ", ".join(f"{name} {v}" for name, v in origin["versions"].items()),
     }
-
-
-def arrays(group: zarr.Group, sweep: Sweep) -> dict[str, Any]:
-    """Empty arrays for all results of a sweep."""
-    arrays = {}
-    for name, v in variables(sweep.compute).items():
-        attributes: dict[str, Any] = {"units": "1", "long_name": v.meaning}
-        attributes |= _si(sweep, name)
-        if name == "outcome":  # and its codes, as CF flags
-            attributes |= {
-                "flag_values": [int(outcome) for outcome in CellOutcome],
-                "flag_meanings": " ".join(outcome.name.lower() for outcome in CellOutcome),
-            }
-        arrays[name] = _array(group, name, sweep, np.dtype(v.dtype), attributes, v.dimension)
-    return arrays
 
 
 def _array(
@@ -162,6 +140,7 @@ def _array(
         attributes=attributes,
         compressors=[ZstdCodec(), Crc32cCodec()],
         config={"write_empty_chunks": True},
+        overwrite=True,
     )
 
 

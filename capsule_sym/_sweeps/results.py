@@ -1,12 +1,10 @@
-"""The directory of a sweep, read and checked, never changed.
+"""The directory of a sweep, read and never changed.
 
 A store is a directory with:
 
 - `results.zarr`, which xarray opens; its chunks end with checksums by Zarr's codec crc32c;
-- `sweep.json`: the sweep, its provenance, and the checksums of the files of `results.zarr` that
-  hold no chunk, as written first (`files`) and at the end of a run (`ended`, until then empty);
-- `chunks`: a record of each finished chunk (texts of its itineraries, reasons of its failed
-  cells), and a second copy of `sweep.json`.
+- `sweep.json`: the sweep and its provenance;
+- `chunks`: a record of each finished chunk: its itineraries, and reasons of its failed cells.
 """
 
 from __future__ import annotations
@@ -14,64 +12,26 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
-from functools import cached_property
-from itertools import chain
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
-from capsule_sym._errors import CapsuleError, InvalidInput
-from capsule_sym._sweeps.files import checksum, ending, own_checksum, unsealed
+from capsule_sym._errors import InvalidInput
+from capsule_sym._files import read_json
 from capsule_sym._sweeps.layout import itinerary_flags
-from capsule_sym._sweeps.quantities import ATTRACTOR, QUANTITIES, variables
-from capsule_sym._sweeps.sweep import MOST_CELLS
+from capsule_sym._sweeps.quantities import ATTRACTOR
 
 if TYPE_CHECKING:
     import xarray as xr
 
-RESULTS, CHUNKS = "results.zarr", "chunks"
-SWEEP, COPY = "sweep.json", "chunks/sweep.copy"
-
-
-_AXIS = {
-    **{"name": str, "quantities": [str], "count": int},
-    **{"first": [int | float], "last": [int | float]},
-}
-_HEAD = {
-    "format": int,
-    "kind": str,
-    "sweep": {"axes": [_AXIS], "chunk": [int], "compute": [str], "scene": str},
-    "provenance": {"command": str, "kernels": str, "core": str, "versions": {str: str}},
-    "files": {str: str},
-    "ended": {str: str},
-}
-_RECORD = {
-    "core": str,
-    "outcomes": {str: int},
-    "itineraries": {str: (int, int)},
-    "reasons": {str: str},
-    "checksums": {str: int},
-}
-_READ_WHOLE = 10**7  # cells of a store that is read in less than a second
-FORMAT = 2
+RESULTS, CHUNKS, SWEEP = "results.zarr", "chunks", "sweep.json"
+FORMAT = 3
 """Format of a store; a changed one has another number."""
 
 
-class Check(NamedTuple):
-    """Undamaged finished chunks, and all that is damaged.
-
-    `chunks` are the numbers of the damaged chunks, `files` the other damaged files.
-    """
-
-    whole: frozenset[int]
-    chunks: tuple[int, ...]
-    files: tuple[str, ...]
-
-
 class Tally(NamedTuple):
-    """Number of cells by outcome, itinerary, reason of failure and core.
+    """Number of cells by outcome, itinerary and reason of failure.
 
     `itineraries` has (code, cells) by the itinerary's text.
     """
@@ -79,137 +39,67 @@ class Tally(NamedTuple):
     outcomes: Counter[str]
     itineraries: dict[str, tuple[int, int]]
     reasons: Counter[str]
-    cores: dict[str, int]
 
 
 class Held:
-    """Contents of a store; raises InvalidInput if there is none, or if its `sweep.json` is damaged.
+    """Contents of a store; raises InvalidInput if there is none, or if it is damaged.
 
-    `head` has the kind of the store ("sweep" or "basin"), its `sweep`, `provenance`, `files` and
-    `ended`.
+    `head` has the kind of the store ("sweep" or "basin"), its `sweep` and `provenance`.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
-        self.results = self.path / RESULTS
-        if not any(os.path.lexists(self.path / name) for name in (SWEEP, COPY)):
+        if not (self.path / SWEEP).is_file():
             raise InvalidInput("store", str(path), "a directory that holds a sweep")
-        self.heads = {name: unsealed(self.path / name, _HEAD) for name in (SWEEP, COPY)}
-        head = self.heads[SWEEP] or self.heads[COPY]
-        if not head or head["format"] != FORMAT or not _is_sound(head):
-            raise InvalidInput("store", str(path), f"of this version, with an undamaged {SWEEP}")
-        self.head: dict[str, Any] = head
-
-    @cached_property
-    def grid(self) -> tuple[int, ...]:
-        """Number of chunks along each axis."""
-        counts = [axis["count"] for axis in self.head["sweep"]["axes"]]
-        sides = self.head["sweep"]["chunk"]
-        return tuple(-(-n // side) for n, side in zip(counts, sides, strict=True))
-
-    def keys(self, index: int) -> dict[str, str]:
-        """File of each result in a chunk, by the result's name."""
-        place = "/".join(map(str, np.unravel_index(index, self.grid)))
-        return {
-            name: f"{name}/c/{place}" + ("/0" if v.dimension else "")
-            for name, v in variables(self.head["sweep"]["compute"]).items()
-        }
+        with undamaged(self.path):
+            self.head: dict[str, Any] = read_json(self.path / SWEEP, "a record", "store")
+            if self.head["format"] != FORMAT or self.head["kind"] not in ("sweep", "basin"):
+                raise ValueError(self.head["kind"])
+            self.counts = [int(axis["count"]) for axis in self.head["sweep"]["axes"]]
+            sides = map(int, self.head["sweep"]["chunk"])
+            pairs = zip(self.counts, sides, strict=True)
+            self.chunks = math.prod(-(-count // side) for count, side in pairs)
+            _ = self.head["provenance"]["kernels"]
 
     def record_path(self, index: int) -> Path:
         """Path of the record of a finished chunk."""
         return self.path / CHUNKS / f"{index // 1000:06d}" / f"{index:09d}.json"
 
-    def record(self, index: int) -> dict[str, Any] | None:
-        """Record of a finished chunk; None if there is none or it is damaged."""
-        record: dict[str, Any] | None = unsealed(self.record_path(index), _RECORD)
-        return record
+    def recorded(self) -> Iterator[int]:
+        """Numbers of the chunks that have a record."""
+        for entry in sorted((self.path / CHUNKS).glob("*/*.json")):
+            if entry.stem.isdecimal() and int(entry.stem) < self.chunks:
+                yield int(entry.stem)
 
     def tally(self) -> Tally:
         """Sums over the records of all finished chunks."""
-        outcomes, reasons, cores = Counter[str](), Counter[str](), Counter[str]()
+        outcomes, reasons = Counter[str](), Counter[str]()
         itineraries: dict[str, tuple[int, int]] = {}
-        for record in filter(None, map(self.record, self._recorded())):
-            outcomes.update(record["outcomes"])
-            reasons.update(record["reasons"].values())
-            cores[record["core"]] += sum(record["outcomes"].values())
-            for text, (code, cells) in record["itineraries"].items():
-                itineraries[text] = code, itineraries.get(text, (code, 0))[1] + cells
-        if len({code for code, _ in itineraries.values()}) < len(itineraries):
-            raise CapsuleError(f"two itineraries have one code: {itineraries}")
-        return Tally(
-            outcomes, dict(sorted(itineraries.items())), reasons, dict(sorted(cores.items()))
-        )
-
-    def damaged_files(self, *, data: bool = True) -> list[str]:
-        """Damaged files of `results.zarr`, without the chunks.
-
-        Without `data` only the coordinates and the metadata are checked.
-        """
-        begun, ended = self.head["files"], self.head["ended"]
-        return [
-            f"{RESULTS}/{key}"
-            for key in {**begun, **ended}
-            # The end of a run rewrites some of them; a killed run may leave either version.
-            if (data or not key.startswith(f"{ATTRACTOR}/c/"))
-            and checksum(self.results / key) not in {begun.get(key), ended.get(key)} - {None}
-        ]
-
-    def is_whole(self, index: int, checksum_of: Callable[[Path], int]) -> bool:
-        """True for a finished chunk whose files have the checksums in its record."""
-        record = self.record(index)
-        return record is not None and all(
-            checksum_of(self.results / key) == record["checksums"].get(name)
-            for name, key in self.keys(index).items()
-        )
-
-    def damage(self) -> str:
-        """First damaged file or chunk; empty if there is none.
-
-        Of large stores only the ends of chunks are read.
-        """
-        small = math.prod(axis["count"] for axis in self.head["sweep"]["axes"]) <= _READ_WHOLE
-        of = own_checksum if small else ending
-        chunks = (f"chunk {index}" for index in self._expected() if not self.is_whole(index, of))
-        return next(chain(self.damaged_files(data=False), chunks), "")
-
-    def check(self) -> Check:
-        """Compare every file with its checksum."""
-        files = [*self.damaged_files(), *(name for name, head in self.heads.items() if not head)]
-        whole: dict[bool, list[int]] = {True: [], False: []}
-        for index in self._expected():
-            whole[self.is_whole(index, own_checksum)].append(index)
-        return Check(frozenset(whole[True]), tuple(whole[False]), tuple(files))
-
-    def _expected(self) -> Iterable[int]:
-        """Numbers of the chunks that are finished, damaged or not."""
-        return range(math.prod(self.grid)) if self.head["ended"] else self._recorded()
-
-    def _recorded(self) -> Iterator[int]:
-        """Numbers of the chunks that have a record, damaged or not."""
-        total = math.prod(self.grid)
-        for entry in sorted((self.path / CHUNKS).glob("*/*.json")):
-            if entry.stem.isdecimal() and entry == self.record_path(int(entry.stem)):
-                index = int(entry.stem)
-                if index < total:
-                    yield index
+        with undamaged(self.path):
+            for index in self.recorded():
+                record = read_json(self.record_path(index), "a record", "store")
+                outcomes.update({str(k): int(v) for k, v in record["outcomes"].items()})
+                reasons.update(map(str, record["reasons"].values()))
+                for text, (code, cells) in record["itineraries"].items():
+                    before = itineraries.get(text, (0, 0))[1]
+                    itineraries[text] = int(code), before + int(cells)
+        return Tally(outcomes, dict(sorted(itineraries.items())), reasons)
 
 
-def _is_sound(head: dict[str, Any]) -> bool:
-    """True for a kind of store, and axes, chunks and results that a sweep can have."""
-    described = head["sweep"]
-    counts, sides = [axis["count"] for axis in described["axes"]], described["chunk"]
-    within = (
-        head["kind"] in ("sweep", "basin")
-        and len(sides) == len(counts) > 0
-        and all(1 <= side <= n for side, n in zip(sides, counts, strict=True))
-    )
-    return within and math.prod(counts) <= MOST_CELLS and {*described["compute"]} <= {*QUANTITIES}
+@contextmanager
+def undamaged(path: Path) -> Iterator[None]:
+    """Raises InvalidInput for a file of a store that is not as it was written."""
+    try:
+        yield
+    except InvalidInput:
+        raise
+    except _DAMAGE as error:
+        why = f"{type(error).__name__}: {' '.join(str(error).split())[:100]}"
+        allowed = f"an undamaged store ({why}); --resume computes damaged chunks again"
+        raise InvalidInput("store", str(path), allowed) from error
 
 
-def damaged(path: Path, what: str, kind: str = "sweep") -> InvalidInput:
-    """Error about a damaged part of a store, with the command that mends it."""
-    allowed = f"undamaged, but {what} is not: the same `capsule-sym {kind}` with --resume mends it"
-    return InvalidInput("store", str(path), allowed)
+_DAMAGE = ArithmeticError, AttributeError, LookupError, OSError, RuntimeError, TypeError, ValueError
 
 
 def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -265,46 +155,33 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     import xarray as xr  # its import takes longer than a small sweep, which needs none
 
     held = Held(Path(path))
-    if not (what := held.damage()):
-        try:
-            # Codecs of older formats of Zarr can run code.
-            dataset: xr.Dataset = xr.open_zarr(
-                held.results, chunks=None, consolidated=True, zarr_format=3
-            )
-            if "itinerary" in dataset and "flag_values" not in dataset["itinerary"].attrs:
-                dataset["itinerary"].attrs.update(itinerary_flags(held.tally().itineraries))
-            return dataset
-        except (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError):
-            what = RESULTS
-    raise damaged(held.path, what, held.head["kind"])
+    with undamaged(held.path):
+        # Codecs of older formats of Zarr can run code.
+        dataset: xr.Dataset = xr.open_zarr(
+            held.path / RESULTS, chunks=None, consolidated=True, zarr_format=3
+        )
+        if "itinerary" in dataset and "flag_values" not in dataset["itinerary"].attrs:
+            dataset["itinerary"].attrs.update(itinerary_flags(held.tally().itineraries))
+        return dataset
 
 
-def info_record(path: Path, check: bool = False) -> dict[str, Any]:
-    """Summary of a store in plain values; with `check` also its damaged parts.
-
-    Raises InvalidInput if there is no store, and without `check` for a damaged one.
-    """
+def info_record(path: Path) -> dict[str, Any]:
+    """Summary of a store in plain values; raises InvalidInput if there is none."""
     held = Held(path)
-    if not check and (what := held.damage()):
-        raise damaged(path, what, held.head["kind"])
-    tally = held.tally()
-    described = held.head["sweep"]
+    tally, described = held.tally(), held.head["sweep"]
+    ranked = sorted(tally.itineraries.items(), key=lambda one: -one[1][1])
     record: dict[str, Any] = {
         "store": str(path),
         "axes": described["axes"],
-        "cells": math.prod(axis["count"] for axis in described["axes"]),
+        "cells": math.prod(held.counts),
         "done": tally.outcomes.total(),
         "outcomes": dict(tally.outcomes),
-        "itineraries": {text: cells for text, (_, cells) in tally.itineraries.items()},
+        "itineraries": {text: cells for text, (_, cells) in ranked},
         "reasons": dict(tally.reasons.most_common(20)),
-        "cores": tally.cores,
         "sweep": {name: v for name, v in described.items() if name != "axes"},
         "provenance": held.head["provenance"],
     }
-    if check:
-        found = held.check()
-        record["damaged_parts"] = [*found.files, *(f"chunk {index}" for index in found.chunks)]
-    elif held.head["kind"] == "basin":
+    if held.head["kind"] == "basin":
         with open_results(path) as results:
             if ATTRACTOR in results:
                 record["attractors"] = results[ATTRACTOR].attrs["attractors"]

@@ -72,7 +72,7 @@ def _lines(entries: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[tup
             continue
         text = f"{text_of(value, name)} {units.get(name, '')}".rstrip()
         within = value if isinstance(value, Mapping) and "value" not in value else {}
-        if within and len(text) > _LINE:
+        if within and (len(text) > _LINE or any(" " in part for part in within)):
             yield _name(name), ""
             within = {key: one for key, one in within.items() if key not in _HIDDEN}
             shown = [*within.items()][:_ENTRIES]

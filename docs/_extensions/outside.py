@@ -38,7 +38,6 @@ NAMES = {
     "DataFrame": "pandas.DataFrame",
     "Dataset": "xarray.Dataset",
     "Path": "pathlib.Path",
-    "Executor": "concurrent.futures.Executor",
 }
 """Full names of what signatures and docstrings name shortly."""
 

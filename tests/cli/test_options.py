@@ -101,7 +101,6 @@ REFUSED = [
     ("branch --restart a.json PD1 --P-d 1:2", "--P-d and --restart exclude each other"),
     ("sweep a.toml --out s --alpha 0.1:2:20", "--alpha and FILE.toml exclude each other"),
     ("sweep a.toml --out s --periods 20", "--periods and FILE.toml exclude each other"),
-    ("sweep --alpha 0.1:2:3 --out s --any-core", "--any-core needs --resume, which is missing"),
     ("sweep --alpha 1:2:2 --delta 0:1:2 --zeta 0:1:2 --of work --out k", "two axes, not 3"),
     (
         "figure curves.json --of v_c --out a.svg",

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from pathlib import Path
 from typing import Any
 
-from capsule_sym._sweeps.cells import Block, compute
 from capsule_sym.inputs import Axis, Sweep
 
 
@@ -27,10 +24,3 @@ def contents(store: Path) -> dict[str, bytes]:
     """All files of a store by their paths."""
     files = (path for path in store.rglob("*") if path.is_file())
     return {str(path.relative_to(store)): path.read_bytes() for path in files}
-
-
-def deadly_corner(part: Sweep) -> Block:
-    """Computes a chunk of `chart`, but kills its process in the last."""
-    if part.axes[0].values[-1] == 2.0 and part.axes[1].values[-1] == 5.0:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return compute(part)

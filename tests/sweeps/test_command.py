@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -43,7 +44,7 @@ def test_a_sweep_is_run_and_told(file, tmp_path, capsys) -> None:
     assert record["periods_per_second_and_core"] == pytest.approx(rate)
     assert (record["computed"], record["damaged"], record["workers"]) == (81, 0, 1)
     text = said(capsys, ["sweep", file, "--out", store])
-    for expected in ("axis alpha", "excitation periods per second and core", "converged", "F5"):
+    for expected in ("axes", "periods per second and core", "converged", "F5"):
         assert expected in text
     record = json.loads(said(capsys, ["sweep", "--info", store, "--json"]))
     assert (record["cells"], record["done"]) == (81, 81)
@@ -52,8 +53,7 @@ def test_a_sweep_is_run_and_told(file, tmp_path, capsys) -> None:
     assert record["provenance"]["versions"]["capsule-sym"]
     with open_results(store) as results:
         assert sum(record["itineraries"].values()) == int((results["period_number"] > 0).sum())
-    assert "itinerarie" not in text
-    assert "done              81" in said(capsys, ["sweep", "--info", store])
+    assert re.search("^done +81 *$", said(capsys, ["sweep", "--info", store]), re.M)
 
 
 def test_a_store_may_have_brackets_and_colons_in_its_name(tmp_path, capsys, monkeypatch) -> None:
@@ -78,28 +78,10 @@ def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixt
     assert only["fraction"] == 1.0
     # The progression that the README prints for this motion.
     assert only["progression"] == pytest.approx(1.339272935, abs=1e-9)
-    assert "attractor 0" in said(capsys, [*arguments, "--resume"])
+    assert "attractors\n" in said(capsys, [*arguments, "--resume"])
     shown = json.loads(said(capsys, ["sweep", "--info", str(tmp_path / "store"), "--json"]))
     assert shown["attractors"] == record["attractors"]
-    assert "attractor 0" in said(capsys, ["sweep", "--info", str(tmp_path / "store")])
-
-
-def test_a_check_tells_what_is_damaged(file, tmp_path, capsys) -> None:
-    store = tmp_path / "store"
-    said(capsys, ["sweep", file, "--out", str(store)])
-    assert "damaged           0" in said(capsys, ["sweep", "--info", str(store), "--check"])
-    (store / "results.zarr" / "alpha" / "c" / "0").unlink()
-    (store / "results.zarr" / "itinerary" / "c" / "0" / "0").write_bytes(b"x")
-    with pytest.raises(SystemExit) as exit_:
-        main(["sweep", "--info", str(store), "--check"])
-    text = capsys.readouterr().out
-    assert exit_.value.code == 1
-    assert "damaged           2" in text
-    for part in ("results.zarr/alpha/c/0", "chunk 0"):
-        assert part in text
-    resumed = said(capsys, ["sweep", file, "--out", str(store), "--resume", "--json"])
-    assert json.loads(resumed)["damaged"] == 2
-    assert "damaged           0" in said(capsys, ["sweep", "--info", str(store), "--check"])
+    assert "attractors\n" in said(capsys, ["sweep", "--info", str(tmp_path / "store")])
 
 
 @pytest.mark.parametrize(
@@ -109,7 +91,6 @@ def test_a_check_tells_what_is_damaged(file, tmp_path, capsys) -> None:
         (["sweep", "none.toml", "--out", "new"], "must be readable"),
         (["sweep", "FILE", "--out", "STORE", "--resume", "--workers", "0"], "workers = 0"),
         (["sweep", "FILE"], "--out"),
-        (["sweep", "FILE", "--out", "new", "--check"], "--check needs --info"),
         (["sweep", "FILE", "--info", "STORE"], "FILE.toml and --info exclude each other"),
         (["sweep", "--info", "STORE", "--resume"], "--resume and --info exclude each other"),
         (["basin", "--out", "new"], "give a range of starts"),

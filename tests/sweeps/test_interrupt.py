@@ -7,11 +7,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from concurrent.futures import Executor, Future
 from pathlib import Path
 from threading import Timer
-from typing import Any
 
 import pytest
 
@@ -19,7 +16,6 @@ from capsule_sym import inputs, run_sweep
 from capsule_sym._native import Watch, core
 from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import Abandoned, Block, compute
-from capsule_sym._sweeps.execution import Lost, _submitting
 from capsule_sym._sweeps.store import Store
 from tests.sweeps import chart
 
@@ -39,16 +35,6 @@ def test_a_chunk_of_days_stops_when_it_is_not_wanted(compiled, monkeypatch) -> N
     Timer(0.3, watch.stop).start()
     with pytest.raises(Abandoned):
         compute(DAYS, watch)
-
-
-def test_threads_are_left_at_once_and_stop() -> None:
-    with pytest.raises(KeyboardInterrupt), _submitting(None, 1) as submit:  # noqa: PT012
-        future = submit(DAYS)
-        while not future.running():
-            time.sleep(0.01)
-        raise KeyboardInterrupt
-    with pytest.raises(Abandoned):
-        future.result()
 
 
 @pytest.mark.parametrize("at", [1, 3])
@@ -95,18 +81,3 @@ def test_ctrl_c_ends_a_sweep_of_days_in_one_line(later: float, tmp_path: Path) -
     assert errors.startswith("error: interrupted")
     assert errors.count("\n") == 1
     assert any(said in errors for said in kept)
-
-
-class Cancelling(Executor):
-    """Loses what it is given, as a client does whose scheduler is gone."""
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        future: Future[Any] = Future()
-        future.cancel()
-        future.set_running_or_notify_cancel()
-        return future
-
-
-def test_what_an_executor_cancels_is_lost_in_one_line(tmp_path: Path) -> None:
-    with pytest.raises(Lost, match="the executor cancelled a chunk"):
-        run_sweep(chart(), tmp_path / "store", executor=Cancelling())

@@ -9,17 +9,14 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
 from functools import cache
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
 
 from capsule_sym import run_sweep
-from capsule_sym._sweeps.execution import Lost
-from tests.sweeps import chart, contents, deadly_corner
+from tests.sweeps import chart, contents
 
 ROOT = Path(__file__).parents[2]
 SWEEPS = {
@@ -93,21 +90,6 @@ def test_killed_runs_end_as_an_uninterrupted_one(tmp_path: Path) -> None:
     assert killed_at_random_moments(tmp_path / "store", 10) >= 5
     run_sweep(SWEEPS["short"], tmp_path / "store", resume=True)
     assert contents(tmp_path / "store") == uninterrupted("short")
-
-
-@pytest.mark.long
-def test_a_chunk_under_which_a_process_of_a_given_pool_dies_is_named(tmp_path, monkeypatch) -> None:
-    with monkeypatch.context() as patch:
-        patch.setattr("capsule_sym._sweeps.execution.compute", deadly_corner)
-        with (
-            ProcessPoolExecutor(1, get_context("spawn")) as pool,
-            pytest.raises(Lost, match=r"^chunk 8: BrokenProcessPool: A process .* terminated"),
-        ):
-            run_sweep(chart(), tmp_path / "store", executor=pool, workers=1)
-    assert len(finished(tmp_path / "store")) == 8
-    assert run_sweep(chart(), tmp_path / "store", resume=True).computed == 4
-    run_sweep(chart(), tmp_path / "whole")
-    assert contents(tmp_path / "store") == contents(tmp_path / "whole")
 
 
 @pytest.mark.long
