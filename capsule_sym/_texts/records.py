@@ -33,8 +33,8 @@ _COLUMNS: dict[str, Sequence[str]] = {
     ),
     "attractors": (
         *("number", "values", "fraction", "fractions", "interval", "period_number", "progression"),
-        *("si.progression [m]", "multipliers.0", "birth.value", "birth.type", "death.value"),
-        *("death.type", "mirror", "itinerary", "itineraries.0"),
+        *("si.progression [m]", "multipliers.0", "birth", "death", "mirror", "itinerary"),
+        "itineraries.0",
     ),
     "codimension_two": ("types", "lines", "uncertainties"),
     "differences": ("missed", "invented", "cause", "gap", "agrees_again"),
@@ -126,8 +126,9 @@ def text_of(value: Any, name: str = "", digits: int = 9) -> str:
     if isinstance(value, Mapping):
         if "value" in value:
             ends = [value[end] for end in ("low", "high") if end in value]
-            shown = f"{text_of(value['value'], name, digits)} {value.get('inequality', '')}"
-            return shown.rstrip() + f" ({text_of(ends, name, 4)})" * bool(ends)
+            about = value.get("inequality") or value.get("type", "")
+            shown = f"{text_of(value['value'], name, digits)} {about}"
+            return shown.strip() + f" ({text_of(ends, name, 4)})" * bool(ends)
         each = ((_name(key), text_of(one, key, digits)) for key, one in value.items())
         return ", ".join(f"{key} {text}" for key, text in each if text)
     if isinstance(value, list | tuple):

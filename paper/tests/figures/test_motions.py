@@ -7,7 +7,6 @@ import pytest
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._figures.arcs import cycle
-from capsule_sym.results import orbit_from_record
 from paper.figures.events import plot_events
 from paper.figures.motions import plot_fig6, plot_fig7
 from paper.study.events import CROSSINGS, SLIDINGS, exact, nearest
@@ -15,7 +14,7 @@ from paper.study.events import CROSSINGS, SLIDINGS, exact, nearest
 
 @pytest.mark.long
 def test_fig6_puts_each_motion_at_its_alpha(settled, branch) -> None:
-    heavy = orbit_from_record(branch.bifurcations[3]["orbit"])
+    heavy = branch.bifurcations[3].orbit
     axes = plot_fig6([settled(0.7), settled(1.9)], [heavy]).axes[0]
     found = {}
     for line in axes.lines:
@@ -75,7 +74,7 @@ def test_events_move_to_their_exact_values(branch) -> None:
 
 def test_an_exact_orbit_meets_its_line(branch) -> None:
     for event, one in exact((*CROSSINGS, *SLIDINGS), branch.bifurcations):
-        orbit = orbit_from_record(one["orbit"])
+        orbit = one.orbit
         p = orbit.parameters
         assert p.alpha == one.value
         x_r, v_r, v_c = nearest(cycle(orbit), event, p)

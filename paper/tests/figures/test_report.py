@@ -21,7 +21,7 @@ from paper.figures import catalogue, report
 from paper.figures.report import EQUATIONS
 from tests.figures import SAFE, untracked
 
-FEW = ("margins",)
+FEW = ("motion",)
 RESULTS = Path(__file__).parent / "results.json"
 
 
@@ -220,10 +220,10 @@ def test_a_page_that_cannot_be_written_leaves_nothing(plain: Path) -> None:
     (plain / "file").write_text("")
     with pytest.raises(InvalidInput, match="must be writable"):
         report.write(plain / "file" / "report.html", untracked)
-    report.write(plain / "new" / "report.html", "paper", untracked)
+    report.write(plain / "new" / "report.html", untracked)
     assert {path.name for path in (plain / "new").iterdir()} == {"report.html", "explorer.html"}
     with pytest.raises(InvalidInput, match=r"other than explorer\.html"):
-        report.write(plain / "new" / "explorer.html", "paper", untracked)
+        report.write(plain / "new" / "explorer.html", untracked)
 
 
 def test_a_motion_leads_to_the_explorer(plain: Path) -> None:
