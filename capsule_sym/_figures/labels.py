@@ -21,11 +21,17 @@ _LOOKS: dict[str, Any] = {
 def name_points(axes: Axes, points: Sequence[tuple[Any, str, str]]) -> None:
     """Name points of a drawing that is complete but for these names: place, text and colour.
 
-    Where a point has no room beside it, a thin line leads to its name.
+    Where a point has no room beside it, a thin line leads to its name. In a part of a figure each
+    name is right above its point.
     """
     import textalloc
 
     if not points:
+        return
+    if axes.figure is not figure_of(axes):  # textalloc knows no part of a figure
+        for place, text, colour in points:
+            beside: dict[str, Any] = {"xytext": (3, 3), "textcoords": "offset points"}
+            axes.annotate(text, place, color=colour, fontsize="small", **beside)
         return
     places, texts, colours = zip(*points, strict=True)
     whole, x, y = figure_of(axes), *np.transpose(places)

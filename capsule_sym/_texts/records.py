@@ -14,7 +14,7 @@ _LINE = 90  # characters of entries that stand in one line
 _HIDDEN = {
     *("format", "success", "status", "message", "parameters", "device", "statistics", "units"),
     *("ties", "covariance", "singular_values", "residual", "iterations", "imbalance", "sweep"),
-    *("parts", "final", "read", "seconds", "store", "orbit", "backend", "switches"),
+    *("parts", "final", "seconds", "store", "orbit", "backend", "switches"),
 }
 _DIGITS = {"uncertainty": 1, "uncertainties": 1, "admissibility": 3}
 _BLOCKS = ("orbits", "switched", "curves")

@@ -143,3 +143,9 @@ def test_the_case_study_has_the_printed_bifurcations(branch) -> None:
 
 
 PRINTED = (0.0074, 0.3687, 0.5245, 0.939, 1.443, 1.6148, 1.661, 1.7126)
+
+
+def test_a_diagram_in_a_part_of_a_figure_names_its_bifurcations(record) -> None:
+    page = Figure()
+    figures.plot_diagram(record, axes=(axes := page.subfigures(1, 2)[0].subplots()))
+    assert [text.get_text() for text in axes.texts] == ["PD1"]
