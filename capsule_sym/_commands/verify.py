@@ -34,8 +34,7 @@ def verify(
     """Prove the theory: closed forms, inner products, switching, Tables 1 to 3, the appendices.
 
     One row for each group of statements: how many are proved, proved under the condition that they
-    name ("if"), or failed, and the time; then the bounds of Appendices A and B, derived and as
-    printed. Exits with 1 if a statement is not proved.
+    name ("if"), or failed, and the time. Exits with 1 if a statement is not proved.
 
     With --scene, the groups that hold for any scene. `python -m paper claims` in a checkout
     compares the printed statements of the paper.
@@ -73,9 +72,7 @@ def verify(
                 # Above the bar: click's own stdout would write through it.
                 click.echo(line(result), file=sys.stdout)
 
-        # Groups of a family, such as "appendix", are shown as groups too.
-        whole = only is None or all(f"{group}.".startswith(f"{only}.") for group in chosen)
-        each = everything or not whole
+        each = everything or only not in (None, *chosen)
         report = run(chosen, advance)
     results = [result for group in report.values() for result in group]
     if as_json:
@@ -113,7 +110,7 @@ def _theory(scene: str | None) -> ModuleType:
 
 
 def _summary(report: Report, theory: ModuleType) -> None:
-    """Print a row for each group, and the bounds of the appendices that were proved."""
+    """Print a row for each group."""
     rows = []
     for name, results in report.items():
         group, found = theory.GROUPS[name], Counter(result.status for result in results)
@@ -123,15 +120,3 @@ def _summary(report: Report, theory: ModuleType) -> None:
     heads = ["group", *(["in the paper"] if theory.PAPERS else []), "about"]
     numbers = ["proved", "if", "failed", "s"]
     tables.table(heads + numbers, rows, right=numbers)
-    if report.keys() & {"appendix.A", "appendix.B"}:
-        from capsule_sym._symbolic.proofs import appendices
-
-        derived = {
-            "appendix.A": (("line", "stick", "for", "as printed (A.4)"), appendices.bounds),
-            "appendix.B": (("part", "stick", "where", "as printed"), appendices.parts_of_lines),
-        }
-        for name in filter(derived.get, report):
-            if len(report[name]) == len(theory.statements(name)[name]):
-                columns, lines = derived[name]
-                click.echo()
-                tables.table(columns, lines())

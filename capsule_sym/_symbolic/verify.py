@@ -48,19 +48,14 @@ _ANY_SCENE = {
 
 def _papers() -> dict[str, Group]:
     """Groups about the paper's scene alone, whose modules know no other."""
-    from capsule_sym._symbolic.proofs import appendices, geometry_proofs, table_proofs
+    from capsule_sym._symbolic.proofs import appendices, table_proofs
     from capsule_sym._symbolic.proofs.inner_products import inner
 
-    state_space, fields = geometry_proofs.state_space, geometry_proofs.fields_at_boundaries
-    a, b = appendices.appendix_a, appendices.appendix_b
     return {
-        "geometry": Group("Eqs. (13)-(15)", "surfaces, lines, corners", state_space, "geometry"),
-        "fields": Group("Eqs. (7)-(12)", "fields on the boundaries", fields, "fields"),
         "inner": Group("Eqs. (16)-(23)", "inner products", inner, "inner"),
         "table2": Group("Table 2", "passages on lines", table_proofs.table_2, "table2"),
         "table3": Group("Table 3", "local maps", table_proofs.table_3, "table3"),
-        "appendix.A": Group("Appendix A", "bounds on alpha, L1-L4", a, "appendix"),
-        "appendix.B": Group("Appendix B", "parts of L1-L4", b, "appendix"),
+        "appendix": Group("Appendices A, B", "stick on L1-L4", appendices.items, "appendix"),
     }
 
 

@@ -167,7 +167,7 @@ def appendix_a(paper: Paper) -> Iterator[Statement]:
             printed=f"the mechanism on {key} is uni-directional, from {first} to {second}",
             derived="as printed, within the bound",
             verdict="conditional",
-            proof="the normal out of stick points that way, and n > 0 (appendix.A)",
+            proof=f"the normal out of stick points that way, and n > 0 (appendix.A.{key}.sharp)",
         )
     entry = paper["appendix.A"]
     for key, how in (("A.1", ""), ("A.2", ", times 2 zeta")):
@@ -187,7 +187,7 @@ def appendix_a(paper: Paper) -> Iterator[Statement]:
         positive,
         {"printed": entry["L1"], "expected": "2*zeta*v_r - (f_b - delta)"},
         {"expected": "f_b - delta - 2*zeta*v_r"},
-        says=f"on L1 {entry['L1']}, and every such v_r occurs (appendix.B.L1.range)",
+        says=f"on L1 {entry['L1']}, and every such v_r occurs there",
         printed=entry["L1"],
         proof="P3 = f_b and P2 < delta",
     )

@@ -20,7 +20,7 @@ from capsule_sym._symbolic.theory import (
     empty,
     force,
     implies,
-    meet_at,
+    lines_at,
     outward,
     part,
 )
@@ -99,4 +99,4 @@ def latex(of: Iterable[Relation]) -> str:
 
 def corner_lines(corner: str, printed: Sequence[str], within: Texts) -> bool:
     """Check that the lines that meet at a corner are those printed."""
-    return meet_at(corner, printed, scope(within))
+    return lines_at(corner, scope(within)) == set(printed)

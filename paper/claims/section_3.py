@@ -451,7 +451,7 @@ def uses(paper: Paper) -> Iterator[Statement]:
         {"size": "-beta*(gamma + 1)/gamma"},
         says="the fields are continuous on L9, but their slope jumps by beta (gamma+1)/gamma",
         printed=f"{listed(entry['smooth'])} is smooth for all vector functions",
-        derived="continuous (fields.impact); differentiable only for beta = 0",
+        derived="continuous (saltation.F1.F4); differentiable only for beta = 0",
         verdict="conditional",
         proof="∂F4/∂x_r − ∂F1/∂x_r on P2 = delta, from the fields",
         consequence="A graze on L9 keeps the orbit's slope in a parameter but changes its "

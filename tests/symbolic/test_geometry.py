@@ -5,9 +5,8 @@ import random
 import pytest
 import sympy as sp
 
-from capsule_sym._symbolic.model.geometry import CELLS, PIECES, SCENARIOS, empty, meets
+from capsule_sym._symbolic.model.geometry import CELLS, PIECES, SCENARIOS, empty, lines_at, meets
 from capsule_sym._symbolic.model.symbols import STATE, beta, delta, f_b, v_r, x_r, zeta
-from capsule_sym._symbolic.proofs.geometry_proofs import lines_at
 
 NARROW = SCENARIOS["δ < f_b"]
 

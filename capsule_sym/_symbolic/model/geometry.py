@@ -160,6 +160,12 @@ PIECES: dict[str, StateSet] = {piece.name: piece for pieces in _PARTS for piece 
 SURFACES, LINES, POINTS = (tuple(piece.name for piece in pieces) for pieces in _PARTS)
 
 
+def lines_at(corner: str, hypotheses: Iterable[Relation]) -> frozenset[str]:
+    """Lines whose closure contains a corner under hypotheses on the parameters."""
+    hypotheses = list(hypotheses)
+    return frozenset(name for name in LINES if meets(PIECES[name], PIECES[corner], hypotheses))
+
+
 def cell(index: int) -> StateSet:
     """Interior of subspace Omega `index`, where field F`index` alone acts."""
     field = segment(index)

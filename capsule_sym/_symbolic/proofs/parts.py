@@ -22,15 +22,6 @@ from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
 EDGES = ("L1", "L2", "L3", "L4")
 _STIFFNESS = {"L1": sp.S.One, "L2": sp.S.One, "L3": 1 + beta, "L4": 1 + beta}
 
-
-RANGES = {
-    "L1": (sp.Gt, f_b - delta),
-    "L2": (sp.Gt, -f_b - delta),
-    "L3": (sp.Lt, f_b - delta),
-    "L4": (sp.Lt, -f_b - delta),
-}
-"""Relation of 2 zeta v_r to the end of its range on each line."""
-
 _FOUR = 4 * zeta**2
 
 
@@ -96,19 +87,6 @@ class Part:
         """Range of v_r in LaTeX."""
         low, high = map(sp.latex, self.ends)
         return ("", rf"v_r<{low}", rf"{low}\le v_r\le {high}", rf"v_r>{high}")[self.number]
-
-    @property
-    def interval_on_line(self) -> tuple[str, ...]:
-        """Range of v_r as printed ones are written, with the end of the line where it is one."""
-        low, high = self.ends
-        own = {1: (v_r < low,), 2: (v_r >= low, v_r <= high), 3: (v_r > high,)}[self.number]
-        beyond, reach = RANGES[self.line]
-        end = (beyond(v_r, reach / (2 * zeta)),)
-        if self.number == 1 and beyond is sp.Gt:
-            own = end + own
-        elif self.number == 3 and beyond is sp.Lt:
-            own = own + end
-        return tuple(map(str, own))
 
 
 def _parts(line: str) -> tuple[Part, ...]:

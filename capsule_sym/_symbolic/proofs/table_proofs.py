@@ -8,7 +8,6 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, SURFACES
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.proof import consistent, implies
@@ -116,14 +115,6 @@ def has_mechanism(line: str, passages: Mapping[str, Passage]) -> bool:
     return mechanism(line) == passages
 
 
-def leads_only(line: str, within: Relation, target: int) -> bool:
-    """Check that under a condition every trajectory leaves a line into one subspace."""
-    here = [*PIECES[line].relations, *_DAMPED, within]
-    return all(
-        leaf.departs == {target} for leaf in leaves_of(line) if consistent([*here, *leaf.condition])
-    )
-
-
 def occurs_by(local_map: LocalMap, shown: Sequence[Witness]) -> bool:
     """Check that there is a witness, and every one proves that a local map occurs."""
     return bool(shown) and all(w.local_map == local_map and proves(w) for w in shown)
@@ -146,7 +137,7 @@ def never_ends_at_rest(field: int, within: Relations) -> bool:
 
 
 def table_2() -> Iterator[Statement]:
-    """Mechanism on L1-L4, that of L1 and L4 within the bounds of Appendix A, and L10."""
+    """Mechanism on L1-L4 by the inner product out of stick and its rate."""
     for line, (beside, stick, opposite) in FIELDS.items():
         found = expected_mechanism(line)
         yield Statement(
@@ -161,27 +152,6 @@ def table_2() -> Iterator[Statement]:
             formula=f"n={sp.latex(outward(line))}",
             verdict="conditional",
         )
-    for line, target in (("L1", 1), ("L4", 6)):
-        within = sp.Le(*BY_LINE[line].condition)
-        yield Statement(
-            f"table2.{line}.one_way",
-            "Table 2, Appendix A",
-            f"while {within} and zeta > 0, {line} leads to Ω{target} only",
-            leads_only,
-            {"line": line, "within": within, "target": target},
-            {"within": sp.Not(within)},
-            formula=sp.latex(within),
-            verdict="conditional",
-        )
-    yield Statement(
-        "table2.L10",
-        "not in Table 2",
-        "on L10 (corners apart): Ω6 → Ω1",
-        passages,
-        {"place": "L10", "pairs": ((6, 1),)},
-        {"pairs": ((1, 6),)},
-        formula=PIECES["L10"].latex,
-    )
 
 
 def table_3() -> Iterator[Statement]:

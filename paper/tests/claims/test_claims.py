@@ -12,7 +12,6 @@ import pytest
 from click.testing import CliRunner
 
 from capsule_sym import InvalidInput
-from capsule_sym._symbolic.proofs.appendices import PRINTED_BOUNDS, PRINTED_PARTS
 from capsule_sym._symbolic.proofs.markdown import math
 from capsule_sym._symbolic.proofs.statement import Finding, Statement, settle
 from paper.claims import captions, everything, frozen, report, section_4
@@ -111,16 +110,6 @@ def test_a_printed_statement_is_shown_once_and_in_mathematics(
         Finding(replace(same, name="three", printed="O1 is the end of L9"), "proved", {}, 0.0),
     )
     assert "- `three`, settled in 0.00 s: O1 is the end of L9" in markdown({"Some": other})
-
-
-def test_verify_shows_the_bounds_and_parts_that_are_transcribed() -> None:
-    """The command of the tool has texts of its own, since it does not import the transcription."""
-    paper = read()
-    for line, bound in PRINTED_BOUNDS.items():
-        assert paper["section.3.3.bounds"][line] == bound
-    for name, texts in PRINTED_PARTS.items():
-        assert tuple(paper[f"appendix.B.{name[:2]}"][name]) == texts
-    assert len(PRINTED_PARTS) == 6
 
 
 def test_every_erratum_has_what_the_report_needs() -> None:
