@@ -30,8 +30,8 @@ from capsule_sym._map.interface import (
     Run,
     SegmentStart,
     State,
+    backend,
     default_backend,
-    fifty_digits,
 )
 from capsule_sym._native import core
 from capsule_sym._orbits.interface import contact, drift
@@ -184,7 +184,7 @@ def compare(random: RandomStart, backends: Iterable[str], widths: Iterable[int] 
     `widths` are numbers of lanes, in one of which the start goes as well.
     """
     start = random.start
-    with fifty_digits() as numbers:
+    with backend("mpmath") as numbers:
         true = _first_switch(numbers, start)
         tally = Tally(starts=1, kinds={random.kind: 1})
 

@@ -19,8 +19,8 @@ from capsule_sym._map.interface import (
     Run,
     SegmentStart,
     State,
+    backend,
     expand,
-    fifty_digits,
     locate,
     start_at,
 )
@@ -201,10 +201,10 @@ class _Checked(Run):
     error, wrong = Error(0.0, 0.0), ""
 
     def first_switch(self, state: State, begin: SegmentStart, limit: Number) -> tuple[Course, End]:
-        with fifty_digits() as numbers:
+        with backend("mpmath") as numbers:
             given = self.exactly(numbers, state)
         flow, switch = super().first_switch(state, begin, limit)
-        with fifty_digits() as numbers:
+        with backend("mpmath") as numbers:
             c = numbers.constants(begin.field, self.parameters)
             exact = replace(begin, start=start_at(c, given)._replace(zeros=begin.start.zeros))
             true = locate(Course(numbers, c, exact), numbers.number(limit))

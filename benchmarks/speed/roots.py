@@ -23,7 +23,7 @@ from capsule_sym._map.interface import (
     Run,
     SegmentStart,
     State,
-    fifty_digits,
+    backend,
     locate,
     start_at,
 )
@@ -142,7 +142,7 @@ class _Located(Run):
 
     def first_switch(self, state: State, begin: SegmentStart, limit: float) -> tuple[Course, End]:
         flow, switch = super().first_switch(state, begin, limit)
-        with fifty_digits() as numbers:
+        with backend("mpmath") as numbers:
             c = numbers.constants(begin.field, self.parameters)
             given = start_at(c, self.exactly(numbers, state))
             exact = SegmentStart(begin.field, given._replace(zeros=begin.start.zeros))

@@ -43,7 +43,7 @@ def growth(repeats: int, most: int, advance: Callable[[], None]) -> list[Growth]
             spent.append(time.perf_counter() - begin)
         each = None
         if runs == 1:
-            each = len(simulate(p, periods=_COUNTED, keep="switches").switches) / _COUNTED
+            each = len(simulate(p, periods=_COUNTED).switches) / _COUNTED
         us = median(spent) / runs / periods * 1e6
         found.append(Growth(against, value, runs, periods, threads, us, each))
         advance()

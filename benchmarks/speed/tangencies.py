@@ -73,7 +73,7 @@ def _bisect(without: float, within: float) -> tuple[float, float]:
 
 
 def _switches(p: Parameters, state: State) -> int:
-    return len(simulate(p, state, 0.0, PERIODS, keep="switches").switches)
+    return len(simulate(p, state, 0.0, PERIODS).switches)
 
 
 def _vanishing(without: float, within: float) -> float:

@@ -104,7 +104,6 @@ class Attractors(Result, Labelled):
     periods: int
     """Excitation periods after which a run counts as unsettled."""
     status: Status
-    dimension = "attractor"
     _recorded = "parameters starts unsettled periods attractors"
 
     @property
@@ -155,10 +154,6 @@ class Attractors(Result, Labelled):
             "fraction_high": ends[:, 1],
             "mirror": np.array(mirrors, dtype=int),
         }
-
-    def attributes(self) -> dict[str, Any]:
-        """Parameters, number of starts, and number of unsettled starts."""
-        return self.parameters.to_dict() | record(self, "starts unsettled status")
 
 
 def attractors(

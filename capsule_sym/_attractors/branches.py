@@ -146,7 +146,6 @@ class ContinuedAttractors(Result, Labelled):
     """Excitation periods after which a run counts as unsettled."""
     status: Status
     base: SceneParameters
-    dimension = "point"
 
     @property
     def changes(self) -> tuple[Change, ...]:
@@ -184,10 +183,6 @@ class ContinuedAttractors(Result, Labelled):
             name: np.array([row[i] for row in rows], dtype=kind)
             for i, (name, kind) in enumerate(parts)
         }
-
-    def attributes(self) -> dict[str, Any]:
-        """Number of starts at each value, and status."""
-        return record(self, "starts status")
 
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""

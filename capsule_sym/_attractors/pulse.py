@@ -78,7 +78,6 @@ class Pulse(Result, Labelled):
     """Work of the drive during the pulse."""
     transient: int = 0
     """Excitation periods after the pulse until the motion is within 0.1 % of its end."""
-    dimension = "time"
     _recorded = "parameter value periods begins state interval work duration transient"
 
     def __repr__(self) -> str:

@@ -50,7 +50,6 @@ class Front(Result, Labelled):
     """Status of the front."""
     message: str
     """Status as a sentence."""
-    dimension = "point"
     _recorded = "metrics maximised parts statistics"
 
     @property

@@ -94,7 +94,6 @@ class Tolerances(Result, Labelled):
     """Status of the sampling."""
     message: str = "time limit reached"
     """Status as a sentence."""
-    dimension = "index"
     _recorded = "names samples itinerary periodic changed elsewhere lost itineraries metrics"
 
     def __repr__(self) -> str:

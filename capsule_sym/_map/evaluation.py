@@ -43,11 +43,11 @@ def give_back(parameters: SceneParameters, native: Any) -> None:
     _maps(parameters.scene)[0].append(native)
 
 
-def check(times: NDArray[np.float64], first: float, last: float, name: str = "t") -> None:
+def check(times: NDArray[np.float64], first: float, last: float) -> None:
     """Raise InvalidInput for a time that is not in [first, last]."""
     if times.size and not (first <= times.min() and times.max() <= last):
         outside = ~((times >= first) & (times <= last))
-        raise InvalidInput(name, float(times[outside].flat[0]), f"a time in [{first!r}, {last!r}]")
+        raise InvalidInput("t", float(times[outside].flat[0]), f"a time in [{first!r}, {last!r}]")
 
 
 def real(name: str, value: ArrayLike, allowed: str) -> NDArray[np.float64]:
@@ -70,11 +70,6 @@ def real(name: str, value: ArrayLike, allowed: str) -> NDArray[np.float64]:
 
 def _ascend(times: NDArray[np.float64]) -> bool:
     return bool(np.all(times[1:] >= times[:-1]))
-
-
-def in_order(times: NDArray[np.float64]) -> NDArray[np.int64] | None:
-    """Order in which times ascend; None if they already do."""
-    return None if _ascend(times) else np.argsort(times)
 
 
 def _nearly_in_order(times: NDArray[np.float64]) -> NDArray[np.uint64]:

@@ -5,7 +5,6 @@
 
 from capsule_sym._map.backend import backend, Backend, default_backend, Number, NumpyBackend
 from capsule_sym._map.checks import checked_seconds
-from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import expand, Guard, Point, side_of
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.location import Course, locate, SegmentStart, Begin, End

@@ -13,15 +13,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._errors import InvalidInput, Status, counted
+from capsule_sym._errors import InvalidInput, Status, check_one_of, counted
 from capsule_sym._map.backend import NumpyBackend, default_backend
 from capsule_sym._map.checks import LARGEST_STATE, check_count
-from capsule_sym._map.keep import STATE, STROBE, check_memory, checked
+from capsule_sym._map.keep import STROBE, check_memory
 from capsule_sym._map.labelled import Labelled, lock
 from capsule_sym._map.native import core
 from capsule_sym._map.reference import Run, step, write
 from capsule_sym._map.result import brief
-from capsule_sym._map.segments import SEGMENT, SWITCH, Segments, Tangencies, records_of
 from capsule_sym._map.simulate import run as run_one
 from capsule_sym._map.simulate import watch_of
 from capsule_sym._map.trajectory import Trajectory
@@ -38,9 +37,9 @@ _Result = TypeVar("_Result")
 class Trajectories(Labelled):
     """Result of many runs of the exact map: final states, statuses, and kept data.
 
-    `kept[offsets[i]:offsets[i + 1]]` is the kept data of run i, and `self[i]` gives it: records of
-    its segments or switches, its stroboscopic states (3), or its states (x_r, v_r, v_c, x_c) at the
-    requested times (4). All quantities are dimensionless, and all arrays read-only.
+    `kept[offsets[i]:offsets[i + 1]]` are the stroboscopic states of run i, and `self[i]` gives
+    them; none if only final states are kept. All quantities are dimensionless, and all arrays
+    read-only.
     """
 
     parameters: NDArray[np.float64]
@@ -53,18 +52,12 @@ class Trajectories(Labelled):
     """Whole excitation periods completed, shape (n,)."""
     status: NDArray[np.str_]
     """Status of each run, a `Status`, shape (n,)."""
-    what: str
-    """Kind of the kept data: segments, final, stroboscopic, switches or times."""
     offsets: NDArray[np.int64]
     """Offsets of the runs in `kept`, followed by its length, shape (n + 1,)."""
-    kept: NDArray[Any]
-    """Kept data of all runs, one after another."""
-    tangencies: Tangencies
-    """Contacts that did not end a segment, by the index of the segment in `kept`."""
+    kept: NDArray[np.float64]
+    """Stroboscopic states of all runs, one after another, shape (n, 3)."""
     scene: Scene = CAPSULE
     """Scene of the parameters."""
-    dimension = "run"
-    place = "at the end"
 
     def __post_init__(self) -> None:
         lock(self)
@@ -72,20 +65,16 @@ class Trajectories(Labelled):
     def __len__(self) -> int:
         return len(self.parameters)
 
-    def __getitem__(self, index: int) -> Any:
+    def __getitem__(self, index: int) -> NDArray[np.float64]:
         if not isinstance(index, Integral) or isinstance(index, bool):
             raise InvalidInput("index", index, "a whole number")
         place = range(len(self))[index]
         first, last = self.offsets[place : place + 2].tolist()
-        part = self.kept[first:last]
-        if self.what != "segments":
-            return part
-        omega = self.parameters[place, self.scene.facts.PARAMETERS.index("omega")]
-        return Segments(part, omega, self.tangencies, first, self.scene)
+        return self.kept[first:last]
 
     def __repr__(self) -> str:
         done, runs = int(self.success.sum()), counted(len(self), "run")
-        return brief(self, f"{done} of {runs} finished, kept {self.what}")
+        return brief(self, f"{done} of {runs} finished")
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
@@ -108,7 +97,7 @@ def simulate_many(
     phases: ArrayLike = 0.0,
     periods: int = 100,
     *,
-    keep: str | ArrayLike = "final",
+    keep: str = "final",
     max_segments: int | None = None,
     max_open: int = -1,
     max_seconds: float = math.inf,
@@ -116,10 +105,6 @@ def simulate_many(
     scene: Scene | str | None = None,
 ) -> Trajectories:
     """Runs of the map for n parameter sets, each as by `simulate`.
-
-    Kept data take at most 4 GiB, of which each run has an equal part. A run that uses up its part
-    ends with the status memory-limit. Numbers of runs, periods or times that certainly need more
-    are refused. All quantities are dimensionless.
 
     Final and stroboscopic states are computed in vector lanes, and agree with those of single runs
     up to rounding. The lanes need the C core, `max_segments` None, and for stroboscopic states at
@@ -136,10 +121,9 @@ def simulate_many(
         Phases at the starts, dimensionless times in the excitation period.
     periods : int, default 100, 1 to 10^12
         Length of each run, in excitation periods.
-    keep : str or array_like of any shape, default "final"
-        Kept data: "segments", "stroboscopic", "switches" or "final", as for `simulate`. An array
-        has absolute times, dimensionless, at which states are kept. The times are the same for all
-        runs, from the latest start to the earliest end.
+    keep : {"final", "stroboscopic"}, default "final"
+        Kept data: the final states alone, or the states at the ends of periods too. More than 4 GiB of
+        them are refused, and one run ends there.
     max_segments : int or None, default None, 1 to 10^12
         Largest number of segments of each run; None is that of `simulate`.
     max_open : int, default -1
@@ -158,7 +142,7 @@ def simulate_many(
     Returns
     -------
     Trajectories
-        Final states, statuses and kept data of all runs, as arrays.
+        Final states, statuses and stroboscopic states of all runs, as arrays.
 
     Raises
     ------
@@ -187,33 +171,26 @@ def simulate_many(
     watch = watch_of(max_seconds)
     lengths = math.tau / rows[:, scene.facts.PARAMETERS.index("omega")]
     starts, times = _starts(states, count), _times(phases, lengths)
-    first, last = 0.0, 0.0
-    if not isinstance(keep, str):
-        first, last = times.max(initial=0.0), periods * lengths.min(initial=math.inf)
-    kept = checked(keep, first, last)
-    what = kept if isinstance(kept, str) else "times"
-    if not isinstance(kept, str):
-        check_memory("keep", kept, STATE * kept.size * count)
-    elif what == "stroboscopic":
-        check_memory("periods", periods, STROBE * min(periods, _MOST_AT_ONCE) * count)
+    check_one_of("keep", keep, ("final", "stroboscopic"))
+    strobed = keep == "stroboscopic"
+    if strobed and count > 1:  # one run ends where the memory is full
+        check_memory("periods", periods, STROBE * periods * count)
     chosen = default_backend(scene)
-    by_lanes = what == "final" or (what == "stroboscopic" and periods <= _MOST_AT_ONCE)
 
     def one(i: int) -> Trajectory | None:
         if watch.over:
             return None
         p, (x_r, v_r, v_c) = scene.Parameters(*rows[i].tolist()), starts[i].tolist()
         start = (x_r, v_r, v_c), float(times[i]), int(periods)
-        return run_one(p, start, kept, max_segments, watch, chosen, share=count)
+        return run_one(p, start, keep, max_segments, watch, chosen)
 
-    if by_lanes and chosen == "c" and max_segments is None:
-        strobed = what == "stroboscopic"
-        ends, data = _side_by_side(
+    if chosen == "c" and max_segments is None and (not strobed or periods <= _MOST_AT_ONCE):
+        found = _side_by_side(
             scene, rows, starts, times, periods, strobed, watch, threads, max_open
         )
     else:
-        ends, data = _one_by_one(starts, kept, what, shared(one, count, threads, watch))
-    return Trajectories(rows, *ends, what, *data, scene)
+        found = _one_by_one(starts, shared(one, count, threads, watch), strobed)
+    return Trajectories(rows, *found, scene)
 
 
 def _rows(
@@ -302,59 +279,25 @@ def shared(work: Callable[[int], _Result], count: int, threads: int, watch: Watc
             raise
 
 
-_Ends = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.str_]]
-"""Final states of runs, displacements, periods, and statuses."""
-_Data = tuple[NDArray[np.int64], NDArray[Any], Tangencies]
-"""Offsets of runs in their kept data, the data, and tangencies."""
+_Found = tuple[NDArray[Any], ...]
+"""Final states of runs, displacements, periods, statuses, offsets, and stroboscopic states."""
 
 
 def _one_by_one(
-    starts: NDArray[np.float64],
-    kept: str | NDArray[np.float64],
-    what: str,
-    runs: list[Trajectory | None],
-) -> tuple[_Ends, _Data]:
+    starts: NDArray[np.float64], runs: list[Trajectory | None], strobed: bool
+) -> _Found:
     """Results of runs; None for a run that was not started."""
-    empty = _empty(kept)
-    parts = [empty if run is None else _part(run, what) for run in runs]
-    ends, count = np.cumsum([0, *map(len, parts)]), len(runs)
-    finals, advances = starts.copy(), np.zeros(count)
-    passed, status = np.zeros(count, np.int64), [Status.TIME_LIMIT.value] * count
-    tangencies: dict[int, Any] = {}
-    all_kept = np.empty((ends[-1], *empty.shape[1:]), empty.dtype)
+    finals, advances = starts.copy(), np.zeros(len(runs))
+    passed, status = np.zeros(len(runs), np.int64), [Status.TIME_LIMIT.value] * len(runs)
+    marks = [np.empty((0, 3))] * len(runs)
     for i, run in enumerate(runs):
-        all_kept[ends[i] : ends[i + 1]] = parts[i]
-        runs[i], parts[i] = None, empty  # free the memory of copied results
         if run is not None:
             finals[i], advances[i] = run.final[1], run.advance
             passed[i], status[i] = run.final[0].period, run.status.value
-            if isinstance(run.kept.segments, Segments):
-                found = run.kept.segments.tangencies.items()
-                tangencies |= {int(ends[i]) + k: those for k, those in found}
-    final = finals, advances, passed, np.array(status, dtype=np.str_)
-    return final, (ends, all_kept, tangencies)
-
-
-def _empty(kept: str | NDArray[np.float64]) -> NDArray[Any]:
-    """Kept data of a run that was not started."""
-    if not isinstance(kept, str):
-        return np.full((kept.size, 4), np.nan)
-    if kept in ("segments", "switches"):
-        return np.empty(0, SEGMENT if kept == "segments" else SWITCH)
-    return np.empty((0, 3)) if kept == "stroboscopic" else np.empty(0)
-
-
-def _part(run: Trajectory, what: str) -> NDArray[Any]:
-    """Kept data of a run, as an array."""
-    if what == "segments":
-        return records_of(run.segments, run.parameters.omega)
-    if what == "times":
-        states = run.kept.states
-        assert states is not None
-        return states.reshape(-1, 4)
-    if what == "final":
-        return np.empty(0)
-    return run.switches if what == "switches" else run.stroboscopic
+            marks[i] = run.stroboscopic if strobed else marks[i]
+    ends = np.cumsum([0, *map(len, marks)])
+    kept = np.concatenate([np.empty((0, 3)), *marks])
+    return finals, advances, passed, np.array(status, dtype=np.str_), ends, kept
 
 
 def _side_by_side(
@@ -367,7 +310,7 @@ def _side_by_side(
     watch: Watch,
     threads: int,
     most: int,
-) -> tuple[_Ends, _Data]:
+) -> _Found:
     """Final or stroboscopic states by the lanes of the core."""
     binding, count, periods = core(scene), len(rows), int(periods)
     strobe = np.empty((count, periods + 1, 3)) if strobed else None
@@ -394,7 +337,7 @@ def _side_by_side(
     passed = records["period"].copy()
     if watch.over:
         status[(passed < periods) & (status == Status.FINISHED.value)] = Status.TIME_LIMIT.value
-    ends, kept = np.zeros(count + 1, np.int64), np.empty(0)
+    ends, kept = np.zeros(count + 1, np.int64), np.empty((0, 3))
     if strobe is not None:
         # Row 0 is a state at phase 0 only of a run that starts there.
         places = np.arange(periods + 1)
@@ -402,7 +345,7 @@ def _side_by_side(
         np.cumsum(has.sum(axis=1), out=ends[1:])
         kept = strobe[has]
     finals = np.array([records[name] for name in scene.facts.STATE]).T.copy()
-    return (finals, records["position"].copy(), passed, status), (ends, kept, {})
+    return finals, records["position"].copy(), passed, status, ends, kept
 
 
 def _finish(

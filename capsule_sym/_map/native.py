@@ -93,15 +93,11 @@ class NativeRun:
         phase: float,
         periods: int,
         most: int,
-        keep: str | NDArray[np.float64] = "segments",
-        share: int = 1,
+        keep: str = "segments",
     ) -> Trajectory:
-        """Trajectory as by the reference map, with the data that `keep` names.
-
-        It may use one part in `share` of the memory limit of a call.
-        """
+        """Trajectory as by the reference map, with the data that `keep` names."""
         omega = self.parameters.omega
-        keeper = Keeper(self.parameters, keep, share)
+        keeper = Keeper(self.parameters, keep)
         native = evaluation.borrowed(self.parameters)
         record = native.state_at(*values, phase)
         if phase == 0.0:
@@ -109,10 +105,9 @@ class NativeRun:
         status, message = self._run(native, record, periods, most, keeper)
         x_r, v_r, v_c, angle, position, period = record[_FINAL].item()
         end = instant(period, angle, omega)
-        kept = keeper.kept(native, period * self.parameters.period + end.phase)
         evaluation.give_back(self.parameters, native)
         origin, final = (Instant(0, phase, omega), values), (end, (x_r, v_r, v_c))
-        took = keeper.statistics
+        took, kept = keeper.statistics, keeper.kept()
         return Trajectory(
             self.parameters, "c", origin, final, position, status, message, took, kept
         )
@@ -136,7 +131,7 @@ class NativeRun:
                 )
                 run_state = step(run, record, periods, min(most, keeper.most) - keeper.count)
                 tangencies = {i: s.tangencies for i, s in enumerate(run.segments)}
-                keeper.append(native, records_of(run.segments, self.parameters.omega), tangencies)
+                keeper.append(records_of(run.segments, self.parameters.omega), tangencies)
                 keeper.escalations += run.escalations
                 marks = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
                 keeper.strobe(marks, np.array(run.stroboscopic_periods, np.int64))
@@ -177,7 +172,7 @@ class NativeRun:
             return self._piece(native, record, periods, count - 1, strobe, keeper)
         passed = np.arange(max(first, last + 1 - rows), last + 1)
         keeper.strobe(strobe[passed % rows], passed)
-        keeper.wrote(native, count)
+        keeper.wrote(count)
         return int(stop)
 
 

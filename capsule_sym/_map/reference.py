@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import Outcome, Status
-from capsule_sym._map.backend import Backend, Number
-from capsule_sym._map.digits import fifty_digits
+from capsule_sym._map.backend import Backend, MpmathBackend, Number
 from capsule_sym._map.expansion import Guard, Point, pulsed, side_of, watched
 from capsule_sym._map.location import Course, End, SegmentStart, locate
 from capsule_sym._map.segments import (
@@ -235,32 +234,32 @@ class Run:
 
     def _escalate_start(self, state: State, source: int | None) -> SegmentStart | None:
         self.escalations += self.exact is None
-        with fifty_digits(self.scene) as numbers:
-            exact = self.exactly(numbers, state)
-            settled = Run(numbers, self.parameters, False).next_segment(exact, source)
-            if settled is None:
-                return None
-            cosine, _ = self.numbers.cos_sin(state.angle, state.angle_rest)
-            start = start_at(self.constants[settled.field - 1], state, cosine)
-            return replace(settled, start=start._replace(zeros=settled.start.zeros))
+        numbers = MpmathBackend(scene=self.scene)
+        exact = self.exactly(numbers, state)
+        settled = Run(numbers, self.parameters, False).next_segment(exact, source)
+        if settled is None:
+            return None
+        cosine, _ = self.numbers.cos_sin(state.angle, state.angle_rest)
+        start = start_at(self.constants[settled.field - 1], state, cosine)
+        return replace(settled, start=start._replace(zeros=settled.start.zeros))
 
     def _escalate_switch(self, state: State, begin: SegmentStart, limit: Number) -> End:
         self.escalations += 1
-        with fifty_digits(self.scene) as numbers:
-            c = numbers.constants(begin.field, self.parameters)
-            given = self.exactly(numbers, state)
-            cosine, _ = numbers.cos_sin(given.angle, given.angle_rest)
-            start = start_at(c, given, cosine)._replace(zeros=begin.start.zeros)
-            flow = Course(numbers, c, replace(begin, start=start))
-            switch = locate(flow, numbers.number(limit), self.watch)
-            _, angle, rest = _turned(flow, given, switch)
-            self.exact = reached(flow, switch, angle)._replace(angle_rest=rest)
-            return replace(
-                switch,
-                duration=float(switch.duration),
-                point=Point(*(None if value is None else float(value) for value in switch.point)),
-                tangencies=tuple((outcome, float(at)) for outcome, at in switch.tangencies),
-            )
+        numbers = MpmathBackend(scene=self.scene)
+        c = numbers.constants(begin.field, self.parameters)
+        given = self.exactly(numbers, state)
+        cosine, _ = numbers.cos_sin(given.angle, given.angle_rest)
+        start = start_at(c, given, cosine)._replace(zeros=begin.start.zeros)
+        flow = Course(numbers, c, replace(begin, start=start))
+        switch = locate(flow, numbers.number(limit), self.watch)
+        _, angle, rest = _turned(flow, given, switch)
+        self.exact = reached(flow, switch, angle)._replace(angle_rest=rest)
+        return replace(
+            switch,
+            duration=float(switch.duration),
+            point=Point(*(None if value is None else float(value) for value in switch.point)),
+            tangencies=tuple((outcome, float(at)) for outcome, at in switch.tangencies),
+        )
 
     def _arrive(
         self, flow: Course, switch: End, angle: Number, rest: Number

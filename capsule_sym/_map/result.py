@@ -27,10 +27,6 @@ class Result(Ended):
         @property
         def message(self) -> str: ...
 
-    def attributes(self) -> dict[str, Any]:
-        """Status and message."""
-        return record(self, "status message")
-
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""
         return record(self, f"success status message {self._recorded}")

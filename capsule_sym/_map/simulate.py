@@ -6,15 +6,13 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from capsule_sym._errors import check_one_of
 from capsule_sym._map.backend import backend as backend_of
 from capsule_sym._map.backend import default_backend
 from capsule_sym._map.checks import check_count, check_start, checked_seconds
-from capsule_sym._map.keep import STATE, check_memory, checked, most_segments, reduced
+from capsule_sym._map.keep import CHOICES, most_segments
 from capsule_sym._map.native import NativeRun, short_run
-from capsule_sym._map.trajectory import Trajectory
+from capsule_sym._map.trajectory import Kept, Trajectory
 from capsule_sym._native import Watch, check_time, present
 from capsule_sym._parameters import SceneParameters
 
@@ -25,7 +23,7 @@ def simulate(
     phase: float = 0.0,
     periods: int = 100,
     *,
-    keep: str | ArrayLike = "segments",
+    keep: str = "segments",
     backend: str | None = None,
     escalate: bool = True,
     max_segments: int | None = None,
@@ -53,18 +51,13 @@ def simulate(
         Phase at the start, a dimensionless time in the excitation period.
     periods : int, default 100, 1 to 10^12
         Length of the run, in excitation periods.
-    keep : str or array_like of any shape, default "segments"
-        Kept data, by name or at times.
+    keep : {"segments", "stroboscopic", "final"}, default "segments"
+        Kept data. In the core, memory does not grow with data that are not kept.
 
         - "segments": all segments, from which the trajectory can be evaluated at any time, and the
           stroboscopic states.
         - "stroboscopic": the states at the ends of periods only.
-        - "switches": the switches only.
         - "final": the final state only.
-
-        An array has absolute times, dimensionless, at which states are kept. They lie between the
-        start and the end of the run. There may be 134,217,728 of them, which take 4 GiB. In the
-        core, memory does not grow with data that are not kept.
     backend : {"c", "numpy", "mpmath"} or None, default None
         Number system of the run: "c" is the compiled core, "numpy" the readable reference in double
         precision, "mpmath" has 50 digits. None is "c" if the core is compiled, else "numpy".
@@ -73,8 +66,8 @@ def simulate(
         `statistics` of the trajectory count them. A switch that remains undecided has its type in
         the segment's outcome. It is treated as the exact tangency or corner within the error bound.
     max_segments : int or None, default None, 1 to 10^12
-        Largest number of segments. None is 10^6 if data of each segment are kept, as by the
-        backends "numpy" and "mpmath" with every `keep`. For other runs it is 10^12.
+        Largest number of segments. None is 10^6 if segments are kept, as by the backends "numpy"
+        and "mpmath" with every `keep`. For other runs it is 10^12.
     max_seconds : float, default inf, above 0
         Time limit, in seconds of wall time.
     progress : callable or None, default None
@@ -119,22 +112,20 @@ def simulate(
     100 0.0
     """
     values = check_start(parameters, state, phase, periods)
-    kept = checked(keep, phase, int(periods) * parameters.period)
-    if not isinstance(kept, str):
-        check_memory("keep", kept, STATE * kept.size)
+    check_one_of("keep", keep, CHOICES)
     if max_segments is not None:
         check_count("max_segments", max_segments)
     chosen = backend or default_backend(parameters.scene)
     start = values, phase, int(periods)
     unlimited = max_seconds == present().deadline == math.inf
     unlimited = unlimited and max_segments is None and progress is None
-    if unlimited and chosen == "c" and isinstance(kept, str) and kept in ("final", "segments"):
-        short = short_run(parameters, *start, escalate, kept == "segments")
+    if unlimited and chosen == "c" and keep != "stroboscopic":
+        short = short_run(parameters, *start, escalate, keep == "segments")
         if short is not None:
             check_time()  # of the work that contains this run
             return short
     watch = watch_of(max_seconds)
-    found = run(parameters, start, kept, max_segments, watch, chosen, escalate, progress)
+    found = run(parameters, start, keep, max_segments, watch, chosen, escalate, progress)
     check_time()  # of the work that contains this run
     return found
 
@@ -149,25 +140,22 @@ def watch_of(max_seconds: float) -> Watch:
 def run(
     parameters: SceneParameters,
     start: tuple[tuple[float, float, float], float, int],
-    kept: str | NDArray[np.float64],
+    keep: str,
     max_segments: int | None,
     watch: Watch,
     chosen: str,
     escalate: bool = True,
     progress: Callable[[int], object] | None = None,
-    share: int = 1,
 ) -> Trajectory:
-    """Trajectory from a state, phase and number of periods, all of them checked.
-
-    The run may use one part in `share` of the memory limit of a call.
-    """
-    most = most_segments(kept, max_segments, chosen)
+    """Trajectory from a state, phase and number of periods, all of them checked."""
+    most = most_segments(keep, max_segments, chosen)
     if chosen == "c":
-        return NativeRun(parameters, escalate, watch, progress).go(*start, most, kept, share)
+        return NativeRun(parameters, escalate, watch, progress).go(*start, most, keep)
     from capsule_sym._map.reference import Run
 
     with backend_of(chosen, parameters.scene) as numbers:
         found = Run(numbers, parameters, escalate, watch, progress).go(*start, most)
-    if isinstance(kept, str) and kept == "segments":
-        return found
-    return replace(found, kept=reduced(found, kept))
+    if keep == "final":
+        return replace(found, kept=Kept("final"))
+    whole = keep == "segments"
+    return found if whole else replace(found, kept=replace(found.kept, what=keep, segments=None))

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput, Outcome
-from capsule_sym._map.backend import Number, NumpyBackend
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import Number
 from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.result import brief
-from capsule_sym._map.segments import Instant, Segment, Triple
+from capsule_sym._map.segments import Instant, Segment
 from capsule_sym._parameters import SceneParameters
 
 LONGEST = 16  # longest period number that is tried
@@ -75,8 +75,6 @@ def steady_motion(run: _Run, tolerance: float, longest: int) -> SteadyMotion | N
         raise InvalidInput("tolerance", tolerance, "a finite number > 0")
     check_count("longest", longest)
     _ = run.segments  # raises if they were not kept
-    if _rests(run, tolerance):
-        return SteadyMotion((_rest(run),), 1, run.segments[-1].advance * 0, run.parameters)
     states = np.array(run.stroboscopic[-2 * longest :], dtype=float)
 
     def change(after: int, period_number: int) -> float:
@@ -95,58 +93,17 @@ def steady_motion(run: _Run, tolerance: float, longest: int) -> SteadyMotion | N
             _last_periods(run, period_number, 1),
         )
         if not segments and not previous:
-            x_r, v_r, v_c = run.stroboscopic[-2].tolist()
-            last = _last_period(run, (x_r, v_r, v_c), run.segments[-1].field)
+            last = _last_period(run)
             return SteadyMotion((last,), 1, last.advance, run.parameters)
         if _labels(segments) == _labels(previous):
             return _steady(segments, period_number, run.parameters)
     return None
 
 
-def _rests(run: _Run, tolerance: float) -> bool:
-    """True if the run is proved to stay this near to rest forever, and never slips."""
-    p, (x_r, v_r, v_c) = run.parameters, map(float, run.final[1])
-    # Twice the energy at rest: v_r^2 + k x_r^2 + kappa (x_r - stop)^2 in contact.
-    facts, numbers = p.scene.facts, NumpyBackend(p.scene)
-    free, *pressed = (
-        numbers.constants(facts.FIELD_OF[side, 0], p) for side in range(1 + len(facts.STOPS))
-    )
-    if facts.PULSED or free.load_force() != 0 or p.alpha > 0:
-        return False
-    if v_c != 0 or not run.success or not run.segments:
-        return False
-    beyond = zip(pressed, facts.STOPS, (1, -1), strict=False)
-    energy = (
-        v_r,
-        math.sqrt(free.K) * x_r,
-        *(
-            math.sqrt(c.kappa) * max(0.0, side * x_r - getattr(p, name))
-            for c, (name, _), side in beyond
-        ),
-    )
-    speed = 1.000001 * math.hypot(*energy)
-    size = speed / min(1.0, math.sqrt(free.K))
-    force = max(float(c.force_change_size(size, speed)) for c in pressed)
-    return size <= tolerance and force < min(free.friction_guard(way, 0) for way in (-1, 1))
-
-
-def _rest(run: _Run) -> Segment:
-    """Last excitation period, at rest."""
-    zero, end = run.segments[-1].duration * 0, run.final[0]
-    facts = run.parameters.scene.facts
-    # The region with contact is the closed one.
-    touched = (i for i, (name, _) in enumerate(facts.STOPS, 1) if not getattr(run.parameters, name))
-    field = facts.FIELD_OF[next(touched, 0), 0]
-    rest = zero, zero, zero
-    end = Instant(end.period, zero, run.parameters.omega)
-    found = replace(_last_period(run, rest, field), field=field, end=end)
-    return replace(found, end_state=rest, outcome=Outcome.NEVER, evaluations=0)
-
-
-def _last_period(run: _Run, state: Triple, field: int) -> Segment:
+def _last_period(run: _Run) -> Segment:
     """Last excitation period of a run that ends without switches, as a segment."""
     last: Segment = run.segments[-1]
-    x_r, v_r, v_c = state
+    x_r, v_r, v_c = run.stroboscopic[-2].tolist()
     number = type(x_r)
     given = {name: number(value) for name, value in run.parameters.to_dict().items()}
     free, scene = SimpleNamespace(kappa=x_r * 0, **given), run.parameters.scene
@@ -154,10 +111,10 @@ def _last_period(run: _Run, state: Triple, field: int) -> Segment:
     pull = scene.formulas.Formulas.pull(free, x_r, gap, v_r, x_r * 0 + 1)
     return replace(
         last,
-        source=f"Σ{field}",
-        target=f"Σ{field}",
+        source=f"Σ{last.field}",
+        target=f"Σ{last.field}",
         start=Instant(last.end.period - 1, x_r * 0, run.parameters.omega),
-        start_state=state,
+        start_state=(x_r, v_r, v_c),
         duration=number(run.parameters.period),
         tangencies=(),
         position=last.position + last.advance,

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import Ended, InvalidInput, Status, check_one_of, counted
+from capsule_sym._errors import Ended, InvalidInput, Status, counted
 from capsule_sym._map import evaluation
 from capsule_sym._map.backend import Number
-from capsule_sym._map.checks import check_count
-from capsule_sym._map.labelled import Labelled, lock, package
+from capsule_sym._map.labelled import Labelled, lock
 from capsule_sym._map.result import brief
 from capsule_sym._map.segments import (
     Instant,
@@ -29,9 +28,6 @@ from capsule_sym._map.segments import (
 from capsule_sym._map.steady import LONGEST, SteadyMotion, steady_motion
 from capsule_sym._native import core_of
 from capsule_sym._parameters import Scene, SceneParameters
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Kind = TypeVar("Kind")
 
@@ -58,9 +54,6 @@ class Statistics(NamedTuple):
     escalations: int = 0
 
 
-_MOST_POINTS = 100_000  # of a run that is drawn
-
-
 @dataclass(frozen=True, eq=False)
 class Kept:
     """Kept data of a run; None for data that are not kept."""
@@ -69,9 +62,6 @@ class Kept:
     segments: Sequence[Segment] | None = None
     stroboscopic: NDArray[Any] | None = None
     stroboscopic_periods: NDArray[np.int64] | None = None
-    switches: Records | None = None
-    times: NDArray[np.float64] | None = None
-    states: NDArray[np.float64] | None = None  # with positions, times.shape + (4,)
 
     def __post_init__(self) -> None:
         lock(self)
@@ -100,7 +90,6 @@ class Trajectory(Ended, Labelled):
     statistics: Statistics
     """Counts of segments, evaluations and escalations."""
     kept: Kept
-    dimension = "segment"
 
     @classmethod
     def made(cls, *values: Any) -> Trajectory:
@@ -177,30 +166,11 @@ class Trajectory(Ended, Labelled):
         `field` is the field before it (1 to 6 in the paper's scene), and `plane` the switching
         plane on which it lies (1 to 10).
         """
-        if self.kept.segments is not None:
-            return switches_of(self.records)
-        return self._kept("switches", self.kept.switches)
-
-    @property
-    def times(self) -> NDArray[np.float64]:
-        """Requested times at which states are kept, shape (...)."""
-        return self._kept("times", self.kept.times)
-
-    @property
-    def states(self) -> NDArray[np.float64]:
-        """States (x_r, v_r, v_c) at the requested times, shape (..., 3); nan after the run."""
-        return self._kept("times", self.kept.states)[..., :3]
-
-    @property
-    def positions(self) -> NDArray[np.float64]:
-        """Capsule positions x_c at the requested times, shape (...)."""
-        return self._kept("times", self.kept.states)[..., 3]
+        return switches_of(self.records)
 
     def _kept(self, name: str, value: Kind | None) -> Kind:
         if value is None:
-            wanted = "an array of times" if name == "times" else f"{name!r}"
-            given = "an array of times" if self.kept.what == "times" else self.kept.what
-            raise InvalidInput("keep", given, f"{wanted} for this")
+            raise InvalidInput("keep", self.kept.what, f"{name!r} for this")
         return value
 
     @property
@@ -263,52 +233,10 @@ class Trajectory(Ended, Labelled):
         convergence to a shorter period looks almost periodic too. To exclude it, states within the
         period must differ by a thousand tolerances.
 
-        Without forcing a motion may decay with infinitely many switches. It counts as rest if its
-        energy, which never grows, keeps it within `tolerance` of rest.
-
         Raises InvalidInput for a tolerance that is not a finite number > 0, and for a `longest`
         that is not a whole number from 1 on.
         """
         return steady_motion(self, tolerance, longest)
-
-    def attributes(self) -> dict[str, Any]:
-        """Parameters, backend and status."""
-        return {**self.parameters.to_dict(), "backend": self.backend, "status": str(self.status)}
-
-    @checked
-    def plot(
-        self, *, axes: Axes | None = None, of: str = "displacements", points: int = 400
-    ) -> Axes:
-        """Plot x_r and x_c over time, or with `of="phase"` v_r over x_r, into matplotlib axes.
-
-        Each period has this many `points`, the whole run at most 10^5. Returns the axes, by default
-        new ones. Raises InvalidInput for another `of`, ImportError without matplotlib.
-        """
-        drawn: Axes = _draw(self, axes, of, points)
-        return drawn
-
-
-def _draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
-    """Plot a run into axes: displacements over time, or the phase portrait."""
-    check_one_of("of", of, ("displacements", "phase"))
-    check_count("points", points, 2)
-    if axes is None:
-        axes = package("matplotlib.pyplot").subplots()[1]
-    period, (first, last) = run.parameters.period, run.span
-    count = int(min(_MOST_POINTS, 2 + points * (last - first) / period))
-    times = np.linspace(first, last, count)
-    x_r, v_r, _, x_c = run(times, position=True).T
-    if of == "phase":
-        axes.plot(x_r, v_r)
-        for name, side in zip(run.scene.facts.STOPS, (1, -1), strict=False):
-            axes.axvline(side * getattr(run.parameters, name[0]), color="0.7", zorder=0)
-        axes.set(xlabel="$x_r$", ylabel="$v_r$")
-        return axes
-    axes.plot(times / period, x_r, label="$x_r$")
-    axes.plot(times / period, x_c, label="$x_c$")
-    axes.set(xlabel=r"time $\omega\tau/2\pi$ (periods)", ylabel="displacement")
-    axes.legend()
-    return axes
 
 
 _FIELDS = tuple(Trajectory.__dataclass_fields__)

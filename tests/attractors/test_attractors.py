@@ -80,8 +80,8 @@ def test_mirror_images_name_each_other():
     found = cs.attractors(BROKEN, {"x_r": (-3.0, 3.0), "v_r": (-3.0, 3.0)}, count=60)
     assert [one.mirror for one in found.attractors] == [1, 0]
     one, other = (one.states for one in found.attractors)
-    run = cs.simulate(BROKEN, one[0], periods=1, keep=[BROKEN.period / 2])
-    (half,) = np.array(run.states)[:, :3]
+    run = cs.simulate(BROKEN, one[0], periods=1)
+    half = run(BROKEN.period / 2)
     np.testing.assert_allclose(-half, other[0], atol=1e-9)
     alone = cs.attractors(cs.Parameters(beta=0.0, alpha=1.5, delta=0.1), BOX, count=5)
     assert [one.mirror for one in alone.attractors] == [0]

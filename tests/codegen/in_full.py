@@ -78,9 +78,7 @@ f_b = model.parameter(
 # fmt: on
 
 # State: of the mass relative to the capsule, and of the capsule.
-x_r, v_r, v_c = model.states(
-    x_r="relative displacement", v_r="relative velocity", v_c="capsule velocity"
-)
+x_r, v_r, v_c = model.states()
 
 # The second spring acts beyond the gap.
 model.region("NC", x_r < delta, stiffness=0)

@@ -70,9 +70,8 @@ ARGUMENTS = {
     "pull_rate": 3,
     "rest_force": 2,
     "v_rate": 4,
-    "v_second": 3,
 }
-ANGULAR = ("pull", "margin_at", "pull_rate", "v_rate", "v_second")
+ANGULAR = ("pull", "margin_at", "pull_rate", "v_rate")
 
 
 def numbers(of: str, p: list[float], field: int) -> tuple[Any, Any, Any]:

@@ -30,7 +30,7 @@ def test_many_times_in_many_segments_take_one_call_a_field(monkeypatch: pytest.M
     np.testing.assert_allclose(states[0], one_by_one, rtol=0, atol=1e-15)
 
 
-KEPT = ("segments", "switches", "stroboscopic")
+KEPT = ("segments", "stroboscopic")
 
 
 def test_no_times_give_no_states() -> None:
@@ -78,15 +78,12 @@ def test_a_tolerance_that_is_none_is_refused(tolerance: Any, allowed: str) -> No
 def test_arrays_that_a_result_keeps_are_read_only() -> None:
     """And what a caller gave, or gets as a copy, stays the caller's."""
     rows = np.array([[*cs.Parameters().to_dict().values()]])
-    times = np.array([0.5, 1.0])
     for backend in ("c", "numpy") if core is not None else ("numpy",):
         runs = {
             keep: cs.simulate(cs.Parameters(), periods=3, keep=keep, backend=backend)
             for keep in KEPT
         }
-        at = cs.simulate(cs.Parameters(), periods=3, keep=times, backend=backend)
-        kept = [runs["segments"].records, runs["switches"].switches, at.times, at.states]
-        kept += [at.positions, runs["stroboscopic"].stroboscopic]
+        kept = [runs["segments"].records, runs["stroboscopic"].stroboscopic]
         kept += [runs["stroboscopic"].stroboscopic_periods]
         for array in kept:
             with pytest.raises(ValueError, match="read-only"):
@@ -102,9 +99,8 @@ def test_arrays_that_a_result_keeps_are_read_only() -> None:
     ):
         with pytest.raises(ValueError, match="read-only"):
             array[...] = array[0]
-    rows[0, 0] = times[0] = 2.0
+    rows[0, 0] = 2.0
     assert many.parameters[0, 0] == cs.Parameters().alpha
-    assert at.times[0] == 0.5
     with pytest.raises(ValueError, match="read-only"):
         runs["segments"].columns["x_r"][:] = 9.0
 

@@ -97,7 +97,7 @@ def test_final_states_have_all_digits_of_independent_truth(gamma: str) -> None:
     assert np.abs(finals.advances - exact[:, 3]).max() < 1e-12
     for run in runs:
         parameters = Parameters(alpha=float(run["alpha"]), gamma=float(gamma))
-        found = simulate(parameters, periods=truth["periods"], keep="switches").switches
+        found = simulate(parameters, periods=truth["periods"]).switches
         assert "".join(map(str, found["field"])) == run["fields"][: len(found)]
         assert len(found) in (len(run["fields"]), len(run["fields"]) - 1)
 
@@ -141,7 +141,7 @@ def test_every_way_of_asking_gives_the_same_run() -> None:
         np.testing.assert_allclose(strobed[i], run.stroboscopic, rtol=0, atol=2e-13)
         assert np.array_equal(strobed[i][-1], finals.states[i])
         np.testing.assert_allclose(finals.advances[i], run.advance, rtol=0, atol=1e-12)
-        found = simulate(Parameters(*rows[i]), periods=30, keep="switches").switches
+        found = simulate(Parameters(*rows[i]), periods=30).switches
         ended = [s for s in run.segments if s.target]
         assert found["field"].tolist() == [s.field for s in ended]
         assert found["plane"].tolist() == [int(s.target[1:]) for s in ended]
@@ -202,7 +202,7 @@ def test_switches_found_by_more_digits_have_their_angles() -> None:
     native = core.map(parameter_rows(parameters)[0])
     start = native.state_at(*state, phase)
     assert native.run(start, 2, precision=Precision.DOUBLE)[0] == core.OPEN
-    found = simulate(parameters, state, phase, periods=2, keep="switches").switches
+    found = simulate(parameters, state, phase, periods=2).switches
     reference = simulate(parameters, state, phase, periods=2, backend="mpmath").segments
     ended = [float(s.end.phase * parameters.omega) for s in reference if s.target]
     assert len(ended) == 2
@@ -216,7 +216,7 @@ def test_a_run_that_stops_undecided_says_so(monkeypatch: pytest.MonkeyPatch) -> 
     for count in (1, 2):
         rows = parameter_rows(parameters, alpha=np.zeros(count))
         assert final_states(rows, state, periods=2).status.tolist() == count * ["undecided"]
-    assert not simulate(parameters, state, periods=2, keep="switches").success
+    assert not simulate(parameters, state, periods=2).success
 
 
 def test_an_itinerary_of_a_run_ends_where_the_run_does() -> None:

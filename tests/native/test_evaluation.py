@@ -273,9 +273,6 @@ def test_threads_evaluate_side_by_side(run: Trajectory) -> None:
             np.testing.assert_array_equal(found, states)
 
 
-KEPT = np.random.default_rng(3).uniform(1.25, 12 * SIX.period, (7, 5))
-
-
 @pytest.mark.parametrize("backend", ["c", "numpy"])
 def test_what_a_run_keeps_is_what_the_whole_one_has(backend: str) -> None:
     if backend == "c" and core is None:
@@ -283,59 +280,33 @@ def test_what_a_run_keeps_is_what_the_whole_one_has(backend: str) -> None:
     whole = simulate(SIX, START, 1.25, 12, backend=backend)
     runs = {
         keep: simulate(SIX, START, 1.25, 12, backend=backend, keep=keep)
-        for keep in ("final", "stroboscopic", "switches")
+        for keep in ("final", "stroboscopic")
     }
-    for found in (*runs.values(), at := simulate(SIX, START, 1.25, 12, backend=backend, keep=KEPT)):
+    for found in runs.values():
         for name in ("final", "advance", "status", "statistics"):
             assert getattr(found, name) == getattr(whole, name)
     np.testing.assert_array_equal(runs["stroboscopic"].stroboscopic, whole.stroboscopic)
-    np.testing.assert_array_equal(runs["switches"].switches, whole.switches)
     switches = [(s.end.period, s.field, int(s.target[1:])) for s in whole.segments if s.target]
     assert whole.switches[["period", "field", "plane"]].tolist() == switches
-    np.testing.assert_array_equal(at.states, whole(KEPT))
-    np.testing.assert_array_equal(at.positions, whole.position(KEPT))
-    np.testing.assert_array_equal(at.times, KEPT)
-
-
-@needs_core
-def test_times_are_kept_across_the_pieces_of_a_run() -> None:
-    """Times at switches and between, of a run in several pieces."""
-    whole = simulate(Parameters(), periods=600)
-    switches = whole.records["start_period"] * whole.parameters.period
-    switches += whole.records["start_angle"] / whole.parameters.omega
-    times = np.concatenate([switches, times_of(whole, 300), [600 * whole.parameters.period]])
-    found = simulate(Parameters(), periods=600, keep=times)
-    np.testing.assert_array_equal(found.states, whole(times))
-
-
-def test_times_after_an_early_end_have_no_state() -> None:
-    times = np.linspace(0, 50 * Parameters().period, 40)
-    found = simulate(Parameters(), periods=50, keep=times, max_segments=30)
-    assert found.status is Status.SEGMENT_LIMIT
-    end = found.final[0].period * found.parameters.period + found.final[0].phase
-    np.testing.assert_array_equal(np.isnan(found.states).all(axis=1), times > end)
-    assert (times > end).any()
 
 
 def test_what_was_not_kept_is_refused_in_a_line() -> None:
     run = simulate(Parameters(), periods=2, keep="final")
-    for name in ("segments", "stroboscopic", "switches", "times", "states", "positions", "columns"):
-        with pytest.raises(
-            InvalidInput, match=r"keep = 'final': must be ('\w+'|an array of times) for this"
-        ):
+    for name in ("segments", "stroboscopic", "switches", "columns"):
+        with pytest.raises(InvalidInput, match=r"keep = 'final': must be '\w+' for this"):
             getattr(run, name)
     with pytest.raises(InvalidInput, match="keep = 'final'"):
         run(1.0)
-    run = simulate(SIX, periods=2, keep=[1.0])
-    with pytest.raises(InvalidInput, match="keep = 'an array of times': must be 'segments'"):
+    run = simulate(SIX, periods=2, keep="stroboscopic")
+    with pytest.raises(InvalidInput, match="keep = 'stroboscopic': must be 'segments'"):
         run.steady()
 
 
 @pytest.mark.parametrize(
-    "keep", ["all", "", None, "times", ["a"], [[1.0], [1.0, 2.0]], [99.0], 1j, True, ["x"] * 2000]
+    "keep", ["all", "", None, "switches", ["a"], [1.0], 1j, True, ["x"] * 2000]
 )
 def test_what_cannot_be_kept_is_refused(keep: Any) -> None:
-    with pytest.raises(InvalidInput, match=r"^(keep|t) = .*must be") as caught:
+    with pytest.raises(InvalidInput, match=r"^keep = .*must be") as caught:
         simulate(Parameters(), periods=2, keep=keep)
     assert len(str(caught.value)) < 500
 
@@ -361,30 +332,13 @@ def test_columns_are_the_segments(run: Trajectory) -> None:
         assert (row["x_r"], row["v_r"], row["v_c"]) == segment.start_state
 
 
-def test_tables_of_pandas_and_xarray(run: Trajectory) -> None:
-    pytest.importorskip("xarray")
-    frame, dataset = run.to_dataframe(), run.to_xarray()
-    assert len(frame) == len(run.segments) == dataset.sizes["segment"]
+def test_tables_of_pandas(run: Trajectory) -> None:
+    pytest.importorskip("pandas")
+    frame = run.to_dataframe()
+    assert len(frame) == len(run.segments)
     assert frame["field"].tolist() == [s.name for s in run.segments]
     assert frame["duration"].sum() == pytest.approx(12 * SIX.period - 1.25)
-    for name, variable in dataset.data_vars.items():
-        assert variable.attrs["long_name"], name
-        assert variable.dtype.kind == "U" or variable.attrs["units"] in ("1", "dimensionless")
-    assert dataset.attrs["alpha"] == 1.5
-    assert dataset["outcome"].values.tolist() == [str(s.outcome) for s in run.segments]
-
-
-def test_a_run_draws_itself(run: Trajectory) -> None:
-    figure = pytest.importorskip("matplotlib.figure").Figure()
-    axes = figure.subplots(2)
-    assert run.plot(axes=axes[0]) is axes[0]
-    run.plot(axes=axes[1], of="phase", points=50)
-    x, y = axes[0].lines[1].get_data()
-    np.testing.assert_allclose(y, run.position(np.asarray(x) * SIX.period), rtol=0, atol=1e-12)
-    with pytest.raises(InvalidInput, match="of = 'time': must be"):
-        run.plot(axes=axes[0], of="time")
-    with pytest.raises(InvalidInput, match="points = 1"):
-        run.plot(axes=axes[0], points=1)
+    assert frame["outcome"].tolist() == [str(s.outcome) for s in run.segments]
 
 
 def test_optional_packages_are_imported_when_they_are_needed() -> None:
@@ -394,9 +348,9 @@ import capsule_sym
 from capsule_sym import Parameters, simulate
 run = simulate(Parameters(), periods=2)
 run([1.0, 2.0]), run.segments[0], run.columns, repr(run), run.steady()
-found = {"pandas", "xarray", "matplotlib", "sympy"} & set(sys.modules)
+found = {"pandas", "matplotlib", "sympy"} & set(sys.modules)
 assert not found, found
-calls = {"xarray": run.to_xarray, "matplotlib": run.plot}
+calls = {"matplotlib": lambda: capsule_sym.plot(run)}
 calls |= {"zarr": lambda: capsule_sym.run_sweep, "flint": lambda: capsule_sym.certify_run}
 for name, call in calls.items():
     sys.modules[name] = None
@@ -418,8 +372,6 @@ def test_a_run_begins_at_the_phase_given(backend: str) -> None:
     assert phase * 0.8 / 0.8 != phase
     run = simulate(p, (0.1, 0.0, 0.0), phase, 2, backend=backend)
     np.testing.assert_allclose(run(phase), (0.1, 0.0, 0.0), rtol=0, atol=1e-14)
-    kept = simulate(p, (0.1, 0.0, 0.0), phase, 2, backend=backend, keep=[phase])
-    np.testing.assert_array_equal(kept.states, run([phase]))
 
 
 @needs_core
@@ -427,7 +379,7 @@ def test_the_final_state_does_not_depend_on_what_is_kept() -> None:
     p, start = Parameters(omega=1000.0, alpha=0.8, zeta=0.0, f_b=50.0), (3.0, 0.5, 0.0)
     finals = {
         simulate(p, start, periods=12_000, keep=keep).final
-        for keep in ("segments", "final", "stroboscopic", "switches")
+        for keep in ("segments", "final", "stroboscopic")
     }
     assert len(finals) == 1
 
@@ -450,9 +402,6 @@ def test_a_run_without_segments_is_its_start() -> None:
     np.testing.assert_array_equal(run(0.0), (0.1, 0.0, 0.0))
     with pytest.raises(InvalidInput, match=r"t = 1\.0"):
         run(1.0)
-    how: Any = {"periods": 2, "backend": "numpy", "max_seconds": 1e-9}
-    kept = simulate(Parameters(), (0.1, 0, 0), keep=[0.0, 1.0], **how)
-    np.testing.assert_array_equal(kept.states, [(0.1, 0.0, 0.0), [np.nan] * 3])
 
 
 @needs_core

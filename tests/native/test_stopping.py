@@ -31,13 +31,13 @@ many[:, 3] = np.linspace(0.05, 0.09, 300_000)
 for call in (
     lambda: simulate(Parameters(), periods=10**12, max_segments=10**12),
     lambda: simulate(Parameters(), periods=10**12, keep="final"),
-    lambda: simulate(Parameters(), periods=10**12, keep="switches", max_segments=10**12),
+    lambda: simulate(Parameters(), periods=10**12, keep="stroboscopic", max_segments=10**12),
     lambda: simulate_many(rows, periods=10**12),
     lambda: simulate_many(apart, periods=10**12),
     lambda: simulate_many(rows, periods=10**12, threads=2),
     lambda: simulate_many(many, periods=1),
-    lambda: simulate_many(rows, periods=10**12, keep="switches", max_segments=10**12, threads=2),
-    lambda: simulate_many(slow, periods=10**12, keep="segments", threads=2),
+    lambda: simulate_many(rows, periods=10**12, max_segments=10**12, threads=2),
+    lambda: simulate_many(slow, periods=10**12, max_segments=10**9, threads=2),
 ):
     threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     try:

@@ -23,9 +23,7 @@ beta_2 = parameter("beta_2", 2.5, (0, 1e10), "stiffness ratio behind")
 gamma = parameter("gamma", 3.3, (1e-8, 1e8), "mass ratio")
 f_b = parameter("f_b", 1.0, (1e-10, 1e10), "friction bound")
 
-x_r, v_r, v_c = model.states(
-    x_r="relative displacement", v_r="relative velocity", v_c="capsule velocity"
-)
+x_r, v_r, v_c = model.states()
 
 model.region("NC", x_r < delta_1, x_r > -delta_2, stiffness=0)
 model.region("FC", x_r > delta_1, stiffness=beta_1)

@@ -23,9 +23,7 @@ s = parameter("s", 0.1, (-1e10, 1e10), "bias on the mass")
 f_plus = parameter("f_plus", 1.0, (1e-10, 1e10), "friction bound forward")
 f_minus = parameter("f_minus", 0.8, (1e-10, 1e10), "friction bound backward")
 
-x_r, v_r, v_c = model.states(
-    x_r="relative displacement", v_r="relative velocity", v_c="capsule velocity"
-)
+x_r, v_r, v_c = model.states()
 
 model.region("NC", x_r < delta, stiffness=0)
 model.region("C", x_r > delta, stiffness=beta)

@@ -52,7 +52,7 @@ def test_every_surface_is_passed() -> None:
 
 
 def test_row_of_l4_is_the_mirror_of_l1() -> None:
-    targets = {line: {t.target for t in line_transitions() if t.line == line} for line in PIECES}
+    targets = {line: {t.target for t in line_transitions() if t.surface == line} for line in PIECES}
     assert targets["L1"] == {1, 2}
     assert targets["L4"] == {5, 6}
 

@@ -7,8 +7,7 @@ import pytest
 
 from benchmarks.hardcases.reference import CONTRACT, error
 from capsule_sym import Parameters
-from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._map.digits import fifty_digits
+from capsule_sym._map.backend import NumpyBackend, backend
 from capsule_sym._map.location import Course, End, SegmentStart, locate
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
@@ -25,7 +24,7 @@ class CheckedRun(Run):
 
     def first_switch(self, state: State, begin: SegmentStart, limit: float) -> tuple[Course, End]:
         known = self.exact is None
-        with fifty_digits() as digits:
+        with backend("mpmath") as digits:
             given = self.exactly(digits, state)
         flow, switch = super().first_switch(state, begin, limit)
         if not (known and switch.guards):
@@ -34,7 +33,7 @@ class CheckedRun(Run):
         record[...] = (*state[:5], state.angle_rest, 0.0, 0, state.bound, 0, 0)
         native = core.map(parameter_rows(self.parameters)[0])
         assert native.run(record, 10**6, segments=segments)[1] == 1
-        with fifty_digits() as digits:
+        with backend("mpmath") as digits:
             c = digits.constants(begin.field, self.parameters)
             start = start_at(c, given)._replace(zeros=begin.start.zeros)
             true = locate(Course(digits, c, replace(begin, start=start)), digits.number(limit))

@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 from benchmarks.hardcases.cases import cases, flow_from
 from capsule_sym import InvalidInput, Parameters, simulate
 from capsule_sym._map import location
-from capsule_sym._map.digits import fifty_digits
+from capsule_sym._map.backend import backend
 from capsule_sym._native import core, watch
 from capsule_sym.results import Outcome, Status
 from tests.sampling import many, sampled
@@ -162,7 +162,7 @@ def test_a_mark_is_the_same_by_its_forcing_angle(field: int) -> None:
             gamma=10 ** random.uniform(-1, 1),
         )
         state = [random.gauss(0, 1) for _ in range(3)]
-        with fifty_digits() as numbers:
+        with backend("mpmath") as numbers:
             flow = flow_from(numbers, p, field, *state, random.uniform(0, p.period))
             h = (100 * numbers.full_turn - flow.start.angle) / flow.c.omega
             known, plain = flow.at_mark(h), flow(h)

@@ -70,7 +70,6 @@ class Orbit(Ended, Labelled):
     system: ShootingSystem
     backend: str
     iterations: int = 0
-    dimension = "segment"
 
     def __repr__(self) -> str:
         return brief(self, f"{self.summary}, progression {float(self.progression):.6g}")
@@ -181,11 +180,6 @@ class Orbit(Ended, Labelled):
     def columns(self) -> dict[str, NDArray[Any]]:
         """Segments of one period as columns, like those of a trajectory."""
         return self.trajectory().columns
-
-    def attributes(self) -> dict[str, Any]:
-        """Parameters, progression per excitation period, and status."""
-        progression = {"progression": float(self.progression), "status": str(self.status)}
-        return {**self.parameters.to_dict(), **progression}
 
     @checked
     def refined(self, max_seconds: float = math.inf) -> Orbit:

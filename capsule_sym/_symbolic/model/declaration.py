@@ -28,7 +28,6 @@ from capsule_sym._symbolic.model.parts import (
     Mode,
     Parameter,
     Quantity,
-    Slider,
     SpringRange,
     excess,
     shown,
@@ -115,29 +114,28 @@ class Model(Declared):
         between: tuple[float, float],
         example: float = 0.0,
         *,
-        label: str,
-        about: str,
-        letter: str = "",
-        slider: Slider,
         default: float | None = None,
+        **facts: Any,
     ) -> None:
-        """A quantity of the device in SI units, with an example for the explorer, or a default."""
+        """A quantity of the device in SI units, with an example for the explorer, or a default.
+
+        Its facts are label, about and slider, and a letter if that is not the name.
+        """
         line = self._note(f"quantity {name}")
-        value = example if default is None else default
+        value, facts = example if default is None else default, {"letter": name} | facts
         try:
             unit_of(unit)
         except ValueError as error:
             raise self.refusal(line, f"{unit}: {error}") from error
-        self._check_fact(name, line, value, between, slider, (label, about, about, letter or name))
+        self._check_fact(name, line, value, between, facts)
         self._check_name(name, line, "quantity")
         if name in [one.name for one in self.quantities]:
             raise self.refusal(line, f"quantity {name} is declared twice")
         if default is None and self.quantities and (last := self.quantities[-1]).optional:
             said = f"{name} has no default, and stands after {last.name}, which has one"
             raise self.refusal(line, said)
-        told = label, about, letter or name, slider, default is not None
-        low, high = between
-        self.quantities.append(Quantity(name, unit, low, high, value, *told))
+        own = {"name": name, "unit": unit, "value": value, "optional": default is not None}
+        self.quantities.append(Quantity(*between, **own, **facts))
 
     def unit(self, name: str, letter: str, relation: str, about: str) -> None:
         """The device's unit of force, rate or length, by its relation to the quantities."""
@@ -145,7 +143,7 @@ class Model(Declared):
         if name not in UNITS or name in [one.name for one in self.units]:
             raise self.refusal(line, f"one unit of each of {', '.join(UNITS)}, not {name}")
         self._check_name(letter, line, "quantity")
-        self._check_texts(line, name, about)
+        self._check_texts(line, about=about)
         taken = [one.letter for one in self.units] + [one.name for one in self.quantities]
         if letter in (*taken, "d", "Math"):  # the last two in TypeScript
             raise self.refusal(line, f"the letter {letter} is in use for something else")
@@ -157,17 +155,13 @@ class Model(Declared):
         default: float,
         between: tuple[float, float] | None = None,
         *,
-        label: str,
-        about: str,
         si: str = "",
-        definition: str = "",
-        letter: str = "",
-        tex: str = "",
-        slider: Slider,
+        **facts: Any,
     ) -> sp.Symbol:
         """A parameter, positive if its range is, of either sign if its range begins below 0.
 
-        `si` is its relation to the device, and `definition` the text of that in documentation.
+        `si` is its relation to the device. Other facts are label, about and slider; letter and tex
+        if they are not the name; and definition, the text of the relation in documentation.
         """
         line = self._note(f"parameter {name}")
         if between is None:
@@ -177,34 +171,27 @@ class Model(Declared):
         least = {"omega": "> 0", "gamma": "> 0", "alpha": ">= 0"}.get(name)
         if least and (low < 0 or (least == "> 0" and low == 0)):
             raise self.refusal(line, f"{name} has to be {least}, and its range begins at {low:g}")
-        definition = definition or shown(si)
-        texts = label, definition, about, letter or name, tex or name
-        self._check_fact(name, line, default, between, slider, texts)
+        facts = {"definition": shown(si), "letter": name, "tex": name} | facts
+        self._check_fact(name, line, default, between, facts)
         if any(name.upper() == one.name.upper() for one in self.parameters):
             raise self.refusal(line, f"parameter {name} is declared twice, by letters of any case")
         sign = {"positive": True} if low > 0 else {"real" if low < 0 else "nonnegative": True}
         symbol = sp.Symbol(name, **sign)
-        told = (label, definition, about, letter or name, tex or name, slider, si)
-        self.parameters.append(Parameter(symbol, default, low, high, *told))
+        own = {"symbol": symbol, "default": default, "si": si}
+        self.parameters.append(Parameter(low, high, **own, **facts))
         return symbol
 
-    def states(self, **labels: str) -> tuple[sp.Symbol, ...]:
+    def states(self) -> tuple[sp.Symbol, ...]:
         """The state: relative displacement and velocity of the mass, and the capsule's velocity."""
         self._note("state")
-        labels = labels or _STATE
         if missing := [n for n in _RESERVED if n not in [one.name for one in self.parameters]]:
             raise self.refusal(
                 "state",
                 f"no parameter {missing[0]}: amplitude, frequency, damping and mass ratio are "
                 f"named {', '.join(_RESERVED)}",
             )
-        if tuple(labels) != tuple(_STATE):
-            raise self.refusal(
-                "state", f"the state is {', '.join(_STATE)}, not {', '.join(labels)}"
-            )
-        self._check_texts(self._lines["state"], "the state", *labels.values())
-        self.state_labels = labels
-        self.state = tuple(sp.Symbol(name, real=True) for name in labels)
+        self.state_labels = _STATE
+        self.state = tuple(sp.Symbol(name, real=True) for name in _STATE)
         return self.state
 
     def harmonic(self, amplitude: sp.Symbol, frequency: sp.Symbol) -> sp.Expr:
@@ -309,13 +296,10 @@ class Model(Declared):
         line: int,
         value: float,
         between: tuple[float, float],
-        slider: Slider,
-        texts: tuple[str, ...],
+        facts: dict[str, Any],
     ) -> None:
-        """Raise BadDeclaration unless numbers are finite, values in range and texts not empty.
-
-        The first three texts, of which the first is the label, stand in docstrings.
-        """
+        """Raise BadDeclaration unless numbers are finite, values in range and texts not empty."""
+        slider = facts["slider"]
         for kind, given, count in (("range", between, 2), ("slider", slider, 3)):
             if not isinstance(given, list | tuple) or len(given) != count:
                 raise self.refusal(line, f"the {kind} of {name} is {count} numbers, not {given!r}")
@@ -324,21 +308,18 @@ class Model(Declared):
             raise self.refusal(line, f"{name} has a number that is not finite")
         if not (slider[0] < slider[1] and slider[2] > 0):
             raise self.refusal(line, f"the slider of {name} is least, largest and step > 0")
-        if not all(isinstance(one, str) and one for one in texts):
-            raise self.refusal(line, f"label, about or definition of {name} is empty")
-        if len(texts[0]) > _LONGEST:
+        self._check_texts(line, **{k: text for k, text in facts.items() if k != "slider"})
+        if len(facts["label"]) > _LONGEST:
             raise self.refusal(line, f"the label of {name} is longer than {_LONGEST} characters")
-        self._check_texts(line, name, *texts[:3])
         low, high = between
         if not low <= value <= high:
             raise self.refusal(line, f"{name} = {value:.12g} is not in [{low:.12g}, {high:.12g}]")
 
-    def _check_texts(self, line: int, name: str, *texts: str) -> None:
-        """Raise BadDeclaration for texts that cannot stand in a docstring as they are."""
-        for text in texts:
-            if not text.isprintable() or '"""' in text or "\\" in text or text[-1:] == '"':
-                said = f"a text of {name} has a line's end, \\, or quotes that end a docstring"
-                raise self.refusal(line, said)
+    def _check_texts(self, line: int, **texts: Any) -> None:
+        """Raise BadDeclaration for what is no text, or cannot be shown."""
+        for kind, text in texts.items():
+            if not (isinstance(text, str) and text and text.isprintable()):
+                raise self.refusal(line, f"the {kind} {text!r} is no text of one line")
 
     def _expression(self, value: object) -> sp.Expr:
         """Value of this line as an exact expression in declared symbols."""

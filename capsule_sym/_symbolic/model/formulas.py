@@ -230,10 +230,8 @@ def _forces() -> tuple[Formula, ...]:
 def _motion() -> tuple[Formula, ...]:
     """Rates, the forcing, and bounds of the forced and the free motion."""
     rate = _rest_force() - 2 * sigma * v_r + forcing(0)
-    second = -K * v_r - 2 * sigma * v_rate + _rate_of(forcing(0))
     return (
         _formula("v_rate", "v_r'.", _AT, True, rate=rate),
-        _formula("v_second", "v_r''.", (v_r, v_rate, sin_theta), True, second=second),
         _formula("v_c_rate", "v_c' in drift.", (margin,), rate=margin / gamma),
         _formula(
             "forcing_terms",

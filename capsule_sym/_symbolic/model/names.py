@@ -42,7 +42,7 @@ _NAMES = _words("""
     position_at pow pull pull_rate push push_at q range rate reach real relative_flow replace
     resonant response_next rest_centre rest_force root_K second segment segment_sizes sigma sign sin
     sin_theta sine sine2 size_of slow spring sqrt start state stop sub tau term theta to_dict total
-    turning_velocity u u1 v_c v_c_rate v_change v_r v_rate v_second v_x values velocity velocity_at
+    turning_velocity u u1 v_c v_c_rate v_change v_r v_rate v_x values velocity velocity_at
     versine versine2 w way width x_c x_change x_r
 """)
 """Names with another meaning in generated code and derivations."""

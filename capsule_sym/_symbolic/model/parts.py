@@ -17,29 +17,17 @@ class BadDeclaration(Exception):
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """A dimensionless parameter, with all its texts and bounds."""
+class Fact:
+    """Texts of a parameter or a quantity, and its slider in the explorer."""
 
-    symbol: sp.Symbol
-    default: float
     low: float
     high: float
     label: str
     """Short label, as on an axis."""
-    definition: str
-    """Its scaling, as in the documentation of `Parameters`."""
     about: str
     """Explanatory sentence for a first-time reader."""
     letter: str
-    tex: str
     slider: Slider
-    si: str
-    """Relation to the quantities and units of a device; empty without one."""
-
-    @property
-    def name(self) -> str:
-        """Name in code."""
-        return str(self.symbol)
 
     @property
     def positive(self) -> bool:
@@ -53,18 +41,30 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Parameter(Fact):
+    """A dimensionless parameter, with all its texts and bounds."""
+
+    symbol: sp.Symbol
+    default: float
+    definition: str
+    """Its scaling, as in the documentation of `Parameters`."""
+    tex: str
+    si: str
+    """Relation to the quantities and units of a device; empty without one."""
+
+    @property
+    def name(self) -> str:
+        """Name in code."""
+        return str(self.symbol)
+
+
+@dataclass(frozen=True)
+class Quantity(Fact):
     """A quantity of a device in SI units; one with a default may be omitted."""
 
     name: str
     unit: str
-    low: float
-    high: float
     value: float
-    label: str
-    about: str
-    letter: str
-    slider: Slider
     optional: bool
 
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from itertools import chain
+from itertools import chain, product
 
 import sympy as sp
 
@@ -52,21 +52,15 @@ _ORDERS_OF_FORCE = 2
 
 @dataclass(frozen=True)
 class Transition:
-    """On a surface, trajectories from subspace Omega_source continue in Omega_target (Table 1)."""
+    """On a surface, line or corner, trajectories from Omega_source continue in Omega_target.
+
+    On a line or corner point (Table 2) that is where the condition holds.
+    """
 
     source: int
     surface: str
     target: int
-
-
-@dataclass(frozen=True)
-class LineTransition:
-    """The same on a line or corner point (Table 2), where the condition holds."""
-
-    source: int
-    line: str
-    target: int
-    condition: tuple[Relation, ...]
+    condition: tuple[Relation, ...] = ()
 
 
 @dataclass(frozen=True, order=True)
@@ -184,8 +178,8 @@ def reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
     expression = expression.subs(roots)
     numerator = sp.numer(sp.factor(expression))
     parts = [f for f in sp.Mul.make_args(numerator) if f == omega or not f.is_positive]
-    product = sp.expand(sp.Mul(*parts))
-    return sp.expand(product / gamma ** sp.degree(product, gamma))
+    rest = sp.expand(sp.Mul(*parts))
+    return sp.expand(rest / gamma ** sp.degree(rest, gamma))
 
 
 def leaves(piece: StateSet, condition: tuple[Relation, ...] = ()) -> Iterator[Leaf]:
@@ -231,28 +225,22 @@ def leaves_of(name: str) -> tuple[Leaf, ...]:
 
 def surface_transitions() -> tuple[Transition, ...]:
     """Table 1, derived: sources and targets of trajectories on each surface."""
-    return tuple(
-        Transition(source, name, target)
-        for name in SURFACES
-        for leaf in leaves_of(name)
-        for source in sorted(leaf.arrives)
-        for target in sorted(leaf.departs)
-        if source != target
-    )
+    return tuple(one for one in _transitions(SURFACES) if one.source != one.target)
 
 
-def line_transitions() -> tuple[LineTransition, ...]:
+def line_transitions() -> tuple[Transition, ...]:
     """Table 2, derived: the same for lines and corner points, with the condition of each row.
 
     Rows with equal source and target are contacts without a switch (a graze).
     """
-    return tuple(
-        LineTransition(source, name, target, leaf.condition)
-        for name in (*LINES, *POINTS)
-        for leaf in leaves_of(name)
-        for source in sorted(leaf.arrives)
-        for target in sorted(leaf.departs)
-    )
+    return tuple(_transitions((*LINES, *POINTS)))
+
+
+def _transitions(names: Iterable[str]) -> Iterator[Transition]:
+    for name in names:
+        for leaf in leaves_of(name):
+            for source, target in product(sorted(leaf.arrives), sorted(leaf.departs)):
+                yield Transition(source, name, target, leaf.condition)
 
 
 @dataclass(frozen=True)
@@ -266,38 +254,30 @@ class _Event:
     relations: tuple[Relation, ...]
 
 
+def _switches(may: bool) -> Iterator[_Event]:
+    """Switches on all pieces; with `may`, also those that higher derivatives decide."""
+    impacts = {(t.source, t.target): t.surface for t in surface_transitions()}
+    for name, piece in PIECES.items():
+        rest = implies(piece.relations, sp.Eq(v_c, 0))
+        for leaf in leaves_of(name):
+            sources, targets = leaf.arrives, leaf.departs
+            if may:
+                sources, targets = leaf.may_arrive, leaf.may_depart
+            for source, target in product(sorted(sources), sorted(targets)):
+                if source != target:
+                    plane = f"Σ{target}" if rest else impacts[source, target].replace("S", "Σ")
+                    relations = (*piece.relations, *leaf.condition)
+                    yield _Event(plane, source, target, rest, relations)
+
+
 @cache
 def _events() -> tuple[_Event, ...]:
-    impacts = {(t.source, t.target): t.surface for t in surface_transitions()}
-    return tuple(
-        _Event(
-            plane=f"Σ{target}" if rest else impacts[source, target].replace("S", "Σ"),
-            before=source,
-            after=target,
-            at_rest=rest,
-            relations=(*leaf.piece.relations, *leaf.condition),
-        )
-        for name, piece in PIECES.items()
-        for rest in (implies(piece.relations, sp.Eq(v_c, 0)),)
-        for leaf in leaves_of(name)
-        for source in sorted(leaf.arrives)
-        for target in sorted(leaf.departs)
-        if source != target
-    )
+    return tuple(_switches(may=False))
 
 
 def end_planes() -> frozenset[tuple[int, str]]:
     """Fields with the planes on which they may end, undecided higher derivatives included."""
-    impacts = {(t.source, t.target): t.surface for t in surface_transitions()}
-    return frozenset(
-        (source, f"Σ{target}" if rest else impacts[source, target].replace("S", "Σ"))
-        for name, piece in PIECES.items()
-        for rest in (implies(piece.relations, sp.Eq(v_c, 0)),)
-        for leaf in leaves_of(name)
-        for source in leaf.may_arrive
-        for target in leaf.may_depart
-        if source != target
-    )
+    return frozenset((one.before, one.plane) for one in _switches(may=True))
 
 
 def momentum(field: Linear) -> sp.Expr:

@@ -87,7 +87,6 @@ class Branch(Ended, Labelled):
     status: Status
     message: str
     origin: str = ""
-    dimension = "point"
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
@@ -102,10 +101,6 @@ class Branch(Ended, Labelled):
             "largest_multiplier": np.array(largest, dtype=float),
             **columns_of([point.orbit for point in self.points]),
         }
-
-    def attributes(self) -> dict[str, Any]:
-        """Status and message of the branch's end, and the label of its origin."""
-        return {"status": str(self.status), "message": self.message, "origin": self.origin}
 
     @property
     def statistics(self) -> dict[str, Any]:

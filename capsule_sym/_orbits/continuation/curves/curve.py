@@ -58,7 +58,6 @@ class Curve(Labelled):
     codimension_two: tuple[CodimensionTwoPoint, ...]
     endings: tuple[tuple[Status, str], tuple[Status, str]]
     origin: str = ""
-    dimension = "point"
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
@@ -101,10 +100,6 @@ class Curve(Labelled):
     @property
     def _worst(self) -> tuple[Status, str]:
         return min(self.endings, key=lambda end: end[0] in _FINE)
-
-    def attributes(self) -> dict[str, Any]:
-        """Type of the bifurcations, and reasons for the curve's ends."""
-        return {"type": self.type, "endings": [str(ending) for ending, _ in self.endings]}
 
     def __repr__(self) -> str:
         points, two = counted(len(self.points), "point"), len(self.codimension_two)

@@ -49,19 +49,10 @@ class Python(PythonSpelling):
         }
 
     def written(self) -> dict[str, str]:
-        """Text of each file by its path; raises BadDeclaration for text that is not as declared."""
+        """Text of each file by its path."""
         texts = super().written()
         if not self._enclosed:
             del texts["fields.py"]
-        held: dict[str, object] = {}
-        try:
-            for name, text in texts.items():
-                compile(text, name, "exec", dont_inherit=True)
-            exec(texts["facts.py"], held)
-        except SyntaxError as error:
-            raise _not_as_declared(f"{error.filename} would not compile: {error.msg}") from error
-        if wrong := [name for name, value in facts.values().items() if held[name] != value]:
-            raise _not_as_declared(f"facts.py would not have {wrong[0]} as declared")
         return texts
 
     @property
@@ -77,10 +68,6 @@ class Python(PythonSpelling):
             f"        case {segment.index}:  # {segment.mode}\n"
             f"            own = ({', '.join((*map(str, modes), *values))})\n"
         )
-
-
-def _not_as_declared(said: str) -> declaration.BadDeclaration:
-    return declaration.BadDeclaration(f"{declaration.path()}:1: {said}")
 
 
 def _table() -> dict[str, object]:
@@ -135,10 +122,8 @@ def _by(matrix: Matrix) -> str:
 def _transitions() -> dict[tuple[int, str], tuple[int, ...]]:
     """Target fields of each source field at each surface, line and corner point."""
     targets: dict[tuple[int, str], set[int]] = {}
-    for surface in surface_transitions():
-        targets.setdefault((surface.source, surface.surface), set()).add(surface.target)
-    for line in line_transitions():
-        targets.setdefault((line.source, line.line), set()).add(line.target)
+    for one in (*surface_transitions(), *line_transitions()):
+        targets.setdefault((one.source, one.surface), set()).add(one.target)
     kinds = len(ANY_LEVEL)
     of_all = {
         (source + kinds * level, place): tuple(field + kinds * level for field in sorted(fields))

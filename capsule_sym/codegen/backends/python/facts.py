@@ -7,7 +7,7 @@ from typing import Any
 from capsule_sym._symbolic.model import declaration
 from capsule_sym._symbolic.model.consistency import UNITS
 from capsule_sym._symbolic.model.model import LOAD, REACTS, SEGMENTS, WEIGHT
-from capsule_sym._symbolic.model.parts import shown, spelled
+from capsule_sym._symbolic.model.parts import DeclaredUnit, Quantity, shown, spelled
 from capsule_sym._symbolic.model.symbols import MODEL, PULSED
 from capsule_sym.codegen.backends.python.spelling import packed
 
@@ -18,16 +18,30 @@ def texts() -> dict[str, str]:
         "facts": assigned(values(), _ABOUT),
         "parameter_fields": "\n".join(
             f"    {p.name}: float = {float(p.default)!r}\n"
-            f'    """{p.label[:1].upper()}{p.label[1:]}, {p.definition}."""'
+            f"    {documented(f'{p.label[:1].upper()}{p.label[1:]}, {p.definition}.')}"
             for p in MODEL.parameters
         ),
         "device_fields": "\n".join(
             f"    {q.name}: float{f' = {float(q.value)!r}' if q.optional else ''}\n"
-            f'    """{q.about.removesuffix(".")} ({q.unit or "dimensionless"})."""'
+            f"    {documented(_about_quantity(q))}"
             for q in MODEL.quantities
         ),
         "relations": _relations(),
     }
+
+
+def _about_quantity(one: Quantity) -> str:
+    return f"{one.about.removesuffix('.')} ({one.unit or 'dimensionless'})."
+
+
+def _about_unit(one: DeclaredUnit) -> str:
+    return f"{one.about}: {one.letter} = {shown(one.relation)} ({UNITS[one.name]})."
+
+
+def documented(text: str) -> str:
+    """Docstring of any text: quotes and backslashes are escaped."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"""{escaped}"""'
 
 
 def assigned(values: dict[str, object], about: dict[str, str]) -> str:
@@ -116,8 +130,7 @@ def _relations() -> str:
 
     properties = (
         f"    @property\n    def {unit.name}(self: Any) -> float:\n"
-        f'        """{unit.about}: {unit.letter} = {shown(unit.relation)}'
-        f' ({UNITS[unit.name]})."""\n'
+        f"        {documented(_about_unit(unit))}\n"
         f"        return {written(unit.relation)}\n\n"
         for unit in MODEL.units
     )
