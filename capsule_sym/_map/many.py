@@ -122,8 +122,8 @@ def simulate_many(
     periods : int, default 100, 1 to 10^12
         Length of each run, in excitation periods.
     keep : {"final", "stroboscopic"}, default "final"
-        Kept data: the final states alone, or the states at the ends of periods too. More than 4 GiB of
-        them are refused, and one run ends there.
+        Kept data: the final states alone, or the states at the ends of periods too. More than
+        4 GiB of them are refused, and one run ends there.
     max_segments : int or None, default None, 1 to 10^12
         Largest number of segments of each run; None is that of `simulate`.
     max_open : int, default -1
