@@ -256,6 +256,6 @@ def test_bytecode_beside_the_sources_does_not_run(tmp_path: Path) -> None:
     }
     # Modules that are imported later are those that were checked.
     (folder / "switching.py").write_text(PLANTED)
-    assert own.switching.TRANSITIONS == scenes.slope.switching.TRANSITIONS
+    assert own.switching.IMPACT_PLANES == scenes.slope.switching.IMPACT_PLANES
     assert sys.modules[own.package].__file__ == str(folder / "__init__.py")
     assert not os.path.exists(tmp_path / MARK)

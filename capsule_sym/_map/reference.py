@@ -189,7 +189,7 @@ class Run:
         fall, fall_rest = self.numbers.edge(self.constants[0].high_share())
         return int((angle - fall) + (rest - fall_rest) >= 0)
 
-    def _begin(self, state: State, source: int | None = None) -> tuple[State, SegmentStart | None]:
+    def _begin(self, state: State) -> tuple[State, SegmentStart | None]:
         """State at which a segment begins (rest if next to it), and the successor field."""
         size = max(abs(state.x_r), abs(state.v_r))
         unforced = self.parameters.alpha == 0 and not self.pulsed
@@ -198,18 +198,18 @@ class Run:
             state = self._state(zero, zero, zero, state.angle)._replace(angle_rest=state.angle_rest)
             return state, self.next_segment(state)
         if self.exact is None:
-            return state, self.next_segment(state, source)
-        return state, self._escalate_start(state, source)
+            return state, self.next_segment(state)
+        return state, self._escalate_start(state)
 
-    def next_segment(self, state: State, source: int | None = None) -> SegmentStart | None:
-        """Successor field after a segment of F`source`; None if undecided."""
+    def next_segment(self, state: State) -> SegmentStart | None:
+        """Successor field at a state; None if undecided."""
         try:
-            return select_field(self.numbers, self.constants, state, source)
+            return select_field(self.numbers, self.constants, state)
         except Undetermined:
             if self.escalate:
-                return self._escalate_start(state, source)
+                return self._escalate_start(state)
         try:
-            return select_field(self.numbers, self.constants, state, source, vanish=True)
+            return select_field(self.numbers, self.constants, state, vanish=True)
         except Undetermined:
             return None
 
@@ -232,11 +232,11 @@ class Run:
             return self.exact
         return state.exactly(numbers.number, *self.stops)
 
-    def _escalate_start(self, state: State, source: int | None) -> SegmentStart | None:
+    def _escalate_start(self, state: State) -> SegmentStart | None:
         self.escalations += self.exact is None
         numbers = MpmathBackend(scene=self.scene)
         exact = self.exactly(numbers, state)
-        settled = Run(numbers, self.parameters, False).next_segment(exact, source)
+        settled = Run(numbers, self.parameters, False).next_segment(exact)
         if settled is None:
             return None
         cosine, _ = self.numbers.cos_sin(state.angle, state.angle_rest)
@@ -268,7 +268,7 @@ class Run:
         state = reached(flow, switch, angle)._replace(angle_rest=rest)
         if not switch.guards:
             return state, None, ""
-        state, following = self._begin(state, flow.field)
+        state, following = self._begin(state)
         return state, following, plane(self.scene, state, following, Guard.EDGE in switch.guards)
 
     def _advance(self, flow: Course, duration: Number) -> Number:

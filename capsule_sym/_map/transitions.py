@@ -1,8 +1,8 @@
 """State of a trajectory and its successor field, by one rule for every start.
 
 A field is the successor at a point if each of its guards is positive just after it: the first time
-derivative of the guard that does not vanish is positive. On S1-S10 and L1-L8 this is the derived
-switching table; the same rule applies at corner points and tangencies.
+derivative of the guard that does not vanish is positive. On surfaces and lines this gives the
+derived switching tables; the same rule applies at corner points and tangencies.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.location import Begin, SegmentStart
-from capsule_sym._parameters import CAPSULE
 
 
 class State(NamedTuple):
@@ -67,28 +66,16 @@ class Undetermined(Exception):
 
 
 def select_field(
-    backend: Backend,
-    constants: Any,
-    state: State,
-    source: int | None = None,
-    *,
-    vanish: bool = False,
+    backend: Backend, constants: Any, state: State, *, vanish: bool = False
 ) -> SegmentStart:
-    """Successor field at a state; `constants` are those of F1 to F6, in order.
+    """Successor field at a state; `constants` are those of all fields, in order.
 
-    After a segment of field F`source` of the paper's scene, only the fields that the derived
-    switching table allows are considered; otherwise the guards alone decide. A derivative within
-    its error bound of zero is undecided, or taken to be zero with `vanish`. Raises Undetermined if
-    no field, or more than one, may be the successor.
+    A derivative within its error bound of zero is undecided, or taken to be zero with `vanish`.
+    Raises Undetermined if no field, or more than one, may be the successor.
     """
     begins = []
-    candidates = _candidates(backend.scene.facts, state)
-    place = place_of(backend, constants, state) if backend.scene is CAPSULE else None
-    if source is not None and place is not None:
-        allowed = backend.scene.switching.TRANSITIONS.get((source, place), ())
-        candidates = [field for field in candidates if field in allowed]
     cosine, sine = backend.cos_sin(state.angle, state.angle_rest)
-    for field in candidates:
+    for field in _candidates(backend.scene.facts, state):
         c = constants[field - 1]
         start = start_at(c, state, cosine)
         zeros = _departing(backend, c, state, start, (cosine, sine), vanish)
@@ -107,31 +94,6 @@ def _candidates(facts: ModuleType, state: State) -> list[int]:
     drifts = (1, 0, -1) if state.v_c == 0 else (1 if state.v_c > 0 else -1,)
     lower = state.level * len(facts.FIELD_OF)
     return [lower + facts.FIELD_OF[contact, drift] for contact in contacts for drift in drifts]
-
-
-def place_of(backend: Backend, constants: Any, state: State) -> str | None:
-    """Surface, line or corner point of a state, Eqs. (13)-(14), such as "S7" or "L6".
-
-    None if it is on none of them, or if rounding makes the choice undecidable.
-    """
-    places = backend.scene.switching.PLACES
-    signs = _sign(state.v_c), _sign(state.gap), _sign(state.v_r)
-    if state.v_c != 0:
-        return places.get((*signs, 0))  # type: ignore[no-any-return]
-    if state.bound:
-        return places[*signs, 2 * state.bound]  # type: ignore[no-any-return]
-    c = constants[backend.scene.facts.FIELD_OF[int(state.gap > 0), 0] - 1]
-    force = c.force(state.x_r, state.gap, state.v_r)
-    added = c.force_size(abs(state.x_r), abs(state.gap), abs(state.v_r))
-    within = c.friction_guard(-1 if force > 0 else 1, force)
-    added = added + c.friction_bounds()
-    if abs(within) <= (c.FORCE_UNITS + 1) * backend.unit * added:
-        return None
-    return places.get((*signs, 3 * _sign(force) if within < 0 else 0))  # type: ignore[no-any-return]
-
-
-def _sign(value: Number) -> int:
-    return int(value > 0) - int(value < 0)
 
 
 def start_at(c: Any, state: State, cosine: Number = None) -> Begin:

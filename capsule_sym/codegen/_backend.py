@@ -16,32 +16,6 @@ from capsule_sym._symbolic.model.symbols import PULSED
 from capsule_sym.codegen._derived import PARAMETER_NAMES, Derived
 from capsule_sym.codegen._lower import Kernel
 
-WIDTH = 100
-"""Largest length of a line that can be broken."""
-
-
-def wrapped(text: str, mark: str = "", comment: str = "") -> str:
-    """Text with its long lines broken at spaces.
-
-    Code continues after a mark, a comment in a comment of its own, if the language has them.
-    """
-    lines: list[str] = []
-    for line in text.splitlines():
-        start = re.match(r"\s*", line)
-        indent, end = start[0] if start else "", mark
-        indent += "" if line.startswith('"""', len(indent)) else "    "
-        if comment and line.lstrip().startswith(comment):
-            indent, end = f"{start[0] if start else ''}{comment} ", ""
-        while len(line) > WIDTH:
-            cut = line.rfind(" ", len(indent), WIDTH + 1 - len(end))
-            if cut < 0:
-                break
-            lines.append(line[:cut] + end)
-            line = indent + line[cut + 1 :]
-        lines.append(line)
-    return "\n".join(lines) + "\n"
-
-
 _INLINE = re.compile("⟨([^⟨⟩¦]*)(?:¦([^⟨⟩]*))?⟩")
 
 
@@ -116,10 +90,6 @@ class Language:
             "jacobian_columns": ", ".join(f'"{column}"' for column in jacobian.COLUMNS),
         }
 
-    def laid_out(self, text: str) -> str:
-        """Text of a file with its lines broken as the language allows."""
-        return text
-
     def templates(self) -> dict[str, Template]:
         """Templates by name."""
         paths = Path(inspect.getfile(type(self))).parent.glob("*.in")
@@ -128,7 +98,4 @@ class Language:
     def written(self) -> dict[str, str]:
         """Text of each file by its path."""
         texts, templates = self.texts(), self.templates()
-        return {
-            path: self.laid_out(templates[name].substitute(texts))
-            for path, name in self.files.items()
-        }
+        return {path: templates[name].substitute(texts) for path, name in self.files.items()}

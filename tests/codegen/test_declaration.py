@@ -19,6 +19,7 @@ from capsule_sym._cli import group
 from capsule_sym._sweeps.quantities import TAKEN
 from capsule_sym._symbolic.model.declaration import SHIPPED, BadDeclaration, Model, home, load
 from capsule_sym._symbolic.model.names import problem
+from capsule_sym.codegen.backends.python.facts import documented
 
 ZETA: dict[str, Any] = {
     **{"name": "zeta", "default": 0.05, "between": (0, 1), "label": "damping", "definition": "c"},
@@ -42,13 +43,12 @@ UNFIT: list[tuple[str, tuple[Any, ...], str]] = [
     ),
     (
         "label",
-        ('d"""', 'damping "', "a\nb", "C:\\n", "a\u2028b", "\ud800", "a\0", "a\x1b[2J"),
-        "quotes that end a docstring",
+        ("a\nb", "a\u2028b", "\ud800", "a\0", "a\x1b[2J", "", 3, None),
+        "the label .* is no text of one line",
     ),
-    ("about", ('d"""', "a\tb", "\\alpha"), "quotes that end a docstring"),
+    ("about", ("a\tb",), "the about .* is no text of one line"),
     ("label", ("damping " * 10,), "longer than 60"),
-    ("label", ("", 3, None), "is empty"),
-    ("tex", (3,), "is empty"),
+    ("tex", (3,), "the tex 3 is no text"),
     ("slider", ((), (0, 1), 3, None, "abc"[:2]), "the slider of zeta is 3 numbers"),
     ("slider", ((1, 0, 0.1), (0, 1, 0), (0, 0, 1)), "least, largest and step"),
     ("slider", (("a", 1, 2), (0, 1e999, 1), "abc"), "3 numbers|not finite"),
@@ -204,6 +204,11 @@ def test_a_parameter_that_would_not_compile_or_would_lie_is_refused() -> None:
             with pytest.raises(BadDeclaration, match=said):
                 Model().parameter(**ZETA | {fact: value})
     assert Model().parameter(**ZETA).name == "zeta"
+
+
+@pytest.mark.parametrize("text", ['d"""', 'damping "', "C:\\n", "\\alpha", "δ"])
+def test_any_text_can_be_documented(text: str) -> None:
+    assert ast.literal_eval(documented(text)) == text
 
 
 def test_what_is_said_once_is_refused_a_second_time() -> None:

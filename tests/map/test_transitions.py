@@ -16,7 +16,7 @@ from mpmath import mp
 from capsule_sym import Parameters, results, simulate
 from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.transitions import State, Undetermined, place_of, select_field
+from capsule_sym._map.transitions import State, Undetermined, select_field
 
 NEAR = Parameters(alpha=0.7, gamma=3.0, zeta=0.25, delta=0.5)
 FAR = NEAR.replace(delta=2.0)
@@ -113,7 +113,6 @@ def test_the_field_that_takes_over(
     case = case.replace(alpha=alpha)
     with mp.workdps(50):
         state, every = state_of(numbers, case, at, bound, angle), constants(numbers, case)
-        assert place_of(numbers, every, state) == place
         begin = select_field(numbers, every, state)
         assert (begin.field, begin.start.zeros) == (field, zeros)
 
@@ -160,7 +159,6 @@ def test_a_force_within_rounding_of_the_bound_is_left_open(numbers: Backend) -> 
         every = constants(numbers, FAR)
         # On L1 P3' = (0.7 cos - 1) / 2 < 0: stick, if the start is taken to be on it.
         state = state_of(numbers, FAR, (1.0, 0.0, 0.0), 0, 0.0)
-        assert place_of(numbers, every, state) is None
         with pytest.raises(Undetermined):
             select_field(numbers, every, state)
         assert select_field(numbers, every, state, vanish=True).field == 2

@@ -10,7 +10,6 @@ import pytest
 
 from capsule_sym import InvalidInput
 from capsule_sym._commands.verify import _theory
-from capsule_sym._parameters import scene
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.model import declaration
 from tests.sampling import sampled, some
@@ -79,17 +78,6 @@ def test_a_scene_is_proved_in_a_process_of_its_own(tmp_path: Path) -> None:
     report = path.read_text(encoding="utf-8")
     assert "on the scene pulsed" in report
     assert "`cells.F12.level`" in report
-
-
-def test_resting_capsule_that_is_pulled_back_at_its_stop_has_a_place_where_the_drive_reacts() -> (
-    None
-):
-    """P > 0 there, so that without the drive's reaction Q = P is above every bound behind."""
-    pulled = (0, 0, 1, -3)  # at rest, at the stop, moving in, with Q below -f_minus
-    for name in declaration.SHIPPED:
-        places = scene(name).switching.PLACES
-        assert (pulled in places) == name.startswith("reaction"), name
-    assert scene("reaction").switching.TRANSITIONS[1, "L11"] == (6,)
 
 
 def test_wrong_lines_are_refused_in_one_line(tmp_path: Path) -> None:

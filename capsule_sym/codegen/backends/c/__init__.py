@@ -9,7 +9,7 @@ import sympy as sp
 from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes
 from capsule_sym._symbolic.model.model import LEVELS, SEGMENTS
 from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS, PULSED, omega
-from capsule_sym.codegen._backend import Language, wrapped
+from capsule_sym.codegen._backend import Language
 from capsule_sym.codegen._blocks import segment_constants
 from capsule_sym.codegen._derived import CONSTANTS
 from capsule_sym.codegen._lower import Kernel
@@ -47,10 +47,6 @@ class C(Language):
         """Line that uses unused arguments, of which compilers warn."""
         names = [*(() if kernel.constants else ("c",)), *self.unused(kernel)]
         return f"    {', '.join(f'(void){name}' for name in names)};\n" if names else ""
-
-    def laid_out(self, text: str) -> str:
-        """Text with long lines broken."""
-        return wrapped(text)
 
     def texts(self) -> dict[str, str]:
         """Constants, functions over each number type, and the interface."""

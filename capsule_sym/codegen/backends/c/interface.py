@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterable
-
 from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS, PULSED, PULSES, stop
-from capsule_sym.codegen._backend import WIDTH
 from capsule_sym.codegen._blocks import OWN, flow_parameters
 from capsule_sym.codegen._interface import Entry, Interface, flags, members
 
@@ -40,17 +36,12 @@ def texts(interface: Interface) -> dict[str, str]:
         ),
         "positions": "\n".join(f"    CAPSULE_{str(p).upper()}_AT," for p in PARAMETERS),
         "lists": "\n".join(
-            " \\\n    ".join((f"#define CAPSULE_{name}(of)", *_rows(f"of({p})" for p in several)))
+            " ".join((f"#define CAPSULE_{name}(of)", *(f"of({p})" for p in several)))
             for name, several in lists.items()
         ),
         "enums": "\n".join(map(_enum, interface.enums)),
         "structs": "\n".join(_struct(struct, interface) for struct in interface.structs),
     }
-
-
-def _rows(words: Iterable[str]) -> list[str]:
-    """Words in rows of a macro."""
-    return textwrap.wrap(" ".join(words), WIDTH - 8)
 
 
 def _enum(enum: Entry) -> str:

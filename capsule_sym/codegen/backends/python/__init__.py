@@ -9,9 +9,8 @@ import sympy as sp
 from sympy.printing.pycode import pycode
 
 from capsule_sym._symbolic.model import declaration
-from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes, places
-from capsule_sym._symbolic.model.model import ANY_LEVEL, LEVELS, SEGMENTS, Linear
-from capsule_sym._symbolic.model.switching import line_transitions, surface_transitions
+from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes
+from capsule_sym._symbolic.model.model import SEGMENTS, Linear
 from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, alpha, stop
 from capsule_sym.codegen._blocks import segment_constants
 from capsule_sym.codegen._derived import CONSTANTS, Matrix, entries, matrices
@@ -71,10 +70,8 @@ class Python(PythonSpelling):
 
 
 def _table() -> dict[str, object]:
-    """Switching table, and other tables by signs."""
+    """Switching planes by signs."""
     return {
-        "TRANSITIONS": _transitions(),
-        "PLACES": places(),
         "IMPACT_PLANES": impact_planes(),
         "EDGE_PLANES": edge_planes(),
     }
@@ -100,8 +97,6 @@ def _fields() -> str:
 
 _VARIED = tuple(p for p in PARAMETERS if p is not alpha)
 _ABOUT = {
-    "TRANSITIONS": "Target fields of a source field at a surface, line or corner point.",
-    "PLACES": "Surface, line or corner point by the signs of v_c, the gap and v_r, and P's level.",
     "IMPACT_PLANES": "Number of the plane of an impact by the stop and the signs of v_c and v_r.",
     "EDGE_PLANES": "Numbers of the planes of the rise and the fall of pulses.",
 }
@@ -117,22 +112,3 @@ def _by(matrix: Matrix) -> str:
     """Non-zero entries of a matrix's derivatives, by the parameters that it depends on."""
     slopes = {p: [[sp.diff(value, p) for value in row] for row in matrix] for p in _VARIED}
     return ", ".join(f'"{p}": {_printed(m)}' for p, m in slopes.items() if entries(m))
-
-
-def _transitions() -> dict[tuple[int, str], tuple[int, ...]]:
-    """Target fields of each source field at each surface, line and corner point."""
-    targets: dict[tuple[int, str], set[int]] = {}
-    for one in (*surface_transitions(), *line_transitions()):
-        targets.setdefault((one.source, one.surface), set()).add(one.target)
-    kinds = len(ANY_LEVEL)
-    of_all = {
-        (source + kinds * level, place): tuple(field + kinds * level for field in sorted(fields))
-        for (source, place), fields in targets.items()
-        for level in range(len(LEVELS))
-    }
-    return {key: of_all[key] for key in sorted(of_all, key=_place_order)}
-
-
-def _place_order(key: tuple[int, str]) -> tuple[str, int, int]:
-    source, place = key
-    return {"S": "0", "L": "1", "O": "2"}[place[0]], int(place[1:]), source

@@ -9,7 +9,6 @@ from capsule_sym._symbolic.model.consistency import UNITS
 from capsule_sym._symbolic.model.model import LOAD, REACTS, SEGMENTS, WEIGHT
 from capsule_sym._symbolic.model.parts import DeclaredUnit, Quantity, shown, spelled
 from capsule_sym._symbolic.model.symbols import MODEL, PULSED
-from capsule_sym.codegen.backends.python.spelling import packed
 
 
 def texts() -> dict[str, str]:
@@ -46,18 +45,7 @@ def documented(text: str) -> str:
 
 def assigned(values: dict[str, object], about: dict[str, str]) -> str:
     """Assignments of constants, each with its docstring."""
-    return "\n".join(
-        f'{_filled(name, value)}\n"""{about[name]}"""' for name, value in values.items()
-    )
-
-
-def _filled(name: str, value: object) -> str:
-    """Assignment of a value."""
-    if isinstance(value, dict):
-        return packed(f"{name} = {{", (f"{key!r}: {one!r}" for key, one in value.items()), "}")
-    if isinstance(value, tuple) and len(value) > 1:
-        return packed(f"{name} = (", map(repr, value), ")")
-    return f"{name} = {value!r}"
+    return "\n".join(f'{name} = {value!r}\n"""{about[name]}"""' for name, value in values.items())
 
 
 _ABOUT = {

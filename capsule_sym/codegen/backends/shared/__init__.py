@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from capsule_sym.codegen._derived import read
 from capsule_sym.codegen._interface import Entry, members
-from capsule_sym.codegen.backends.python.spelling import PythonSpelling, packed
+from capsule_sym.codegen.backends.python.spelling import PythonSpelling
 
 _DTYPES = {"double": "f8", "int64_t": "i8", "int32_t": "i4"}
 
@@ -51,4 +51,4 @@ def _record(struct: Entry) -> str:
         for name, kind, length in members({"fields": [entry]}):
             row = f'("{name}", "{_DTYPES[kind]}"{f", {length}" if length else ""})'
             rows.append(f"*[{row}][: {entry[3]}]" if len(entry) > 3 else row)
-    return packed(f"        {struct['name'].upper()}=_record(", rows, "),")
+    return f"        {struct['name'].upper()}=_record({', '.join(rows)}),"
