@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from capsule_sym._parameters import SceneDevice
 
-_MOST_ROWS = 8  # of a table in a notebook
-
 
 def lock(result: Any) -> None:
     """Make the arrays of a result read-only, by views; other references stay writable."""
@@ -36,23 +34,6 @@ class Labelled:
     def columns(self) -> dict[str, NDArray[Any]]:
         """Columns, as arrays of shape (n,)."""
         raise NotImplementedError
-
-    def _repr_html_(self) -> str:
-        """Result in a line, and its first rows as a table, for notebooks."""
-        from html import escape
-
-        said = f"<p>{escape(repr(self))}</p>"
-        columns: dict[str, NDArray[Any]] = getattr(self, "columns", {})
-        if not columns:  # where no orbit is found
-            return said
-        count = len(next(iter(columns.values()), ()))
-        head = "".join(f"<th>{escape(name)}</th>" for name in columns)
-        shown = range(min(count, _MOST_ROWS))
-        cells = ([escape(_text(column[i])) for column in columns.values()] for i in shown)
-        rows = "".join(f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in cells)
-        more = f"<p>and {count - _MOST_ROWS:,} more</p>" if count > _MOST_ROWS else ""
-        table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
-        return f"{said}{table}{more}"
 
     @checked
     def to_dataframe(self, device: SceneDevice | None = None) -> DataFrame:
@@ -78,10 +59,6 @@ def in_units(values: dict[str, Any], device: SceneDevice | None) -> dict[str, An
         name: value * device.scale(name) if name in UNITS else value
         for name, value in values.items()
     }
-
-
-def _text(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def package(name: str) -> Any:

@@ -42,7 +42,7 @@ _ANY_SCENE = {
     ),
     "graph": Group("Table 1", "successor of each field", field_graph.items, "graph"),
     "saltation": Group("beyond the paper", "saltation matrices", switches.items, "saltation"),
-    "energy": Group("beyond the paper", "energy, mirror images", energy.items, "energy mirror"),
+    "energy": Group("beyond the paper", "energy balance", energy.items, "energy"),
 }
 
 
@@ -79,20 +79,8 @@ def statements(only: str | None = None) -> dict[str, tuple[Statement, ...]]:
 _HEAD = """\
 # Proved statements
 
-Written by `capsule-sym verify --out` on the scene {scene}. Surfaces, lines, corners and equations
-have the names of B. Guo and Y. Liu, *Three-dimensional map for a piecewise-linear capsule system
-with bidirectional drifts*, Physica D (2019), doi 10.1016/j.physd.2019.04.008: P1 = v_c, P2 = x_r,
-P3 = x_r + 2ζ v_r, P4 = P3 + β (x_r − δ). A prime is a derivative in time, and **n** the inner
-product on L1-L4 of the normal that points out of stick with the field of stick, positive where
-stick ends. **L10** is the part of P1 = 0, P2 = δ with v_r < 0 and P3 > f_b, present for δ > f_b;
-**O3** is the point (δ, 0, 0), where L9 crosses P1 = 0.
-
-- **proved**: the statement holds for all parameters, states and times in its scope;
-- **conditional**: it holds under the condition it names, and the condition is proved.
-
-Each proof is a computation that the command repeats. Signs and inclusions are decided by
-*eliminating the variables* (Fourier-Motzkin elimination: exact for relations linear in the state,
-the force, α, δ and f_b whose coefficients have a known sign).
+By `capsule-sym verify --out`, of the scene {scene}. Each proof is a computation that the command
+repeats. A *conditional* statement holds under the condition that it names, and that is proved.
 """
 
 

@@ -1,8 +1,5 @@
 """Orbits, branches and curves as tables of pandas."""
 
-from html import escape
-from xml.etree import ElementTree
-
 import numpy as np
 import pytest
 
@@ -49,34 +46,6 @@ def test_a_curve_is_a_row_a_point(branch: cs.results.Branch) -> None:
     for (_, row), point in zip(frame.iterrows(), curve.points, strict=True):
         assert (row["alpha"], row["gamma"]) == point.values
         assert (row["line"], row["status"]) == (point.line, point.status)
-
-
-def test_a_notebook_shows_the_first_rows(
-    orbit: cs.results.Orbit, branch: cs.results.Branch
-) -> None:
-    run = cs.simulate(orbit.parameters, periods=20)
-    curve = cs.continue_bifurcation(branch.bifurcations[0], "gamma", ((0.9, 1.0), (3.29, 3.3)))
-    for result in (orbit, branch, run, curve):
-        shown = result._repr_html_()
-        page = ElementTree.fromstring(f"<div>{shown}</div>")
-        assert page.findtext("p") == repr(result)
-        assert [cell.text for cell in page.iter("th")] == list(result.columns)
-        rows = page.findall("table/tbody/tr")
-        count = len(next(iter(result.columns.values())))
-        assert len(rows) == min(8, count) > 0
-        assert ("more" in shown) == (count > 8)
-        first = [cell.text or "" for cell in rows[0]]
-        for text, column in zip(first, result.columns.values(), strict=True):
-            if column.dtype.kind == "f":
-                assert float(text) == pytest.approx(column[0], rel=1e-5, nan_ok=True)
-            else:
-                assert text == str(column[0])
-
-
-def test_a_notebook_says_why_there_is_no_orbit() -> None:
-    none = cs.solve_orbit(cs.Parameters(alpha=1.9), periods=1)
-    assert not none.success
-    assert none._repr_html_() == f"<p>{escape(repr(none))}</p>"
 
 
 def test_a_branch_without_points_is_an_empty_table(branch: cs.results.Branch) -> None:

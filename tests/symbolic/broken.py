@@ -50,7 +50,7 @@ class Mutation:
 
 
 _jet, _double, _formulas = jets.jet, basis.double, energy._formulas
-_surfaces, _exchange = field_graph.surface_transitions, energy.exchange
+_surfaces = field_graph.surface_transitions
 
 MUTATIONS = {
     "a guard is missing": Mutation(
@@ -125,7 +125,6 @@ MUTATIONS = {
         lambda: {**_formulas(), "damper_power": -_formulas()["damper_power"]},
         "energy",
     ),
-    "a mirror image in contact": Mutation(energy, "_image", lambda field: field, "mirror"),
 }
 """By name; scenes with more than the capsule has are put to `FURTHER` too."""
 
@@ -134,12 +133,6 @@ FURTHER = {
     "a stop in the wrong place": Mutation(
         Linear, "stop", property(lambda one: -declaration.chosen().stops[0]), "energy"
     ),
-    "a load without its mirror image": Mutation(
-        energy,
-        "exchange",
-        lambda: {k: v for k, v in _exchange().items() if str(k) != "s"},
-        "mirror",
-    ),
 }
 
 _SOURCES: dict[str, Callable[[], tuple[Statement, ...]]] = {
@@ -147,7 +140,6 @@ _SOURCES: dict[str, Callable[[], tuple[Statement, ...]]] = {
     "graph": field_graph.items,
     "saltation": switches.items,
     "energy": energy.items,
-    "mirror": energy.items,
     "basis": basis_proofs.proofs,
     "flow": flow_proofs.proofs,
     "jets": flow_proofs.proofs,

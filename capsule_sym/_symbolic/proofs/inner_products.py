@@ -19,7 +19,7 @@ from capsule_sym._symbolic.model.geometry import CELLS, LINES, PIECES, SURFACES,
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Linear
 from capsule_sym._symbolic.model.proof import consistent, sign_under
 from capsule_sym._symbolic.model.switching import reduced
-from capsule_sym._symbolic.model.symbols import STATE, beta, delta, f_b, v_r, x_r, zeta
+from capsule_sym._symbolic.model.symbols import STATE, f_b
 from capsule_sym._symbolic.proofs.statement import Statement
 
 STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
@@ -131,22 +131,10 @@ def has_sign(product: InnerProduct, sign: Sign | Relation) -> bool:
     )
 
 
-_P3, _P4 = sp.symbols("P_3 P_4", real=True)
-_BY_FORCE = ({x_r: _P3 - 2 * zeta * v_r}, {x_r: (_P4 - 2 * zeta * v_r + beta * delta) / (1 + beta)})
-
-
-def _in_paper_terms(value: sp.Expr) -> sp.Expr:
-    """Value in terms of P3 or P4, if it depends on the state through only one of them."""
-    forms = (sp.factor(sp.together(value.subs(place))) for place in _BY_FORCE)
-    return next((form for form in forms if not form.has(v_r)), value)
-
-
 def _latex(product: InnerProduct) -> str:
     function, side = product.normal[1:-1], product.normal[-1].replace("−", "-")
-    value: str = sp.latex(_in_paper_terms(product.value))
-    return (
-        rf"\langle\nabla {function[0]}_{function[1]}^{{{side}}},F_{product.field}\rangle=" + value
-    )
+    inner = rf"\langle\nabla {function[0]}_{function[1]}^{{{side}}},F_{product.field}\rangle"
+    return f"{inner}={sp.latex(product.value)}"
 
 
 def inner() -> Iterator[Statement]:
