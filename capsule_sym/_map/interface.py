@@ -7,7 +7,8 @@ from capsule_sym._map.backend import backend, Backend, default_backend, Number, 
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import expand, Guard, Point, side_of
 from capsule_sym._map.itinerary import cyclic_start
-from capsule_sym._map.location import Course, locate, SegmentStart, Begin, End
+from capsule_sym._map.course import Course, SegmentStart, Begin
+from capsule_sym._map.location import locate, End
 from capsule_sym._map.native import core, NativeRun
 from capsule_sym._map.precision import workspace
 from capsule_sym._map.reference import Run

@@ -1,4 +1,4 @@
-"""State of a trajectory and its successor field, by one rule for every start.
+"""State of a trajectory, at the end of a segment and before the next, and its successor field.
 
 A field is the successor at a point if each of its guards is positive just after it: the first time
 derivative of the guard that does not vanish is positive. On surfaces and lines this gives the
@@ -7,13 +7,15 @@ derived switching tables; the same rule applies at corner points and tangencies.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from types import ModuleType
 from typing import Any, NamedTuple
 
+from capsule_sym._errors import Outcome
 from capsule_sym._map.backend import Backend, Number
-from capsule_sym._map.expansion import Expansion, Guard, Point, expand
-from capsule_sym._map.location import Begin, SegmentStart
+from capsule_sym._map.course import Begin, Course, SegmentStart
+from capsule_sym._map.expansion import Expansion, Guard, Point, expand, pulsed, side_of, watched
+from capsule_sym._map.location import End
 
 
 class State(NamedTuple):
@@ -164,3 +166,64 @@ def _first_sign(
         if not vanish:
             return count, 0
     return len(expansion.values), closed
+
+
+def tells(flow: Course, switch: End) -> bool:
+    """True if the computed state at the end of a segment has the signs that are proved."""
+    return all(sign * getattr(switch.point, name) > 0 for name, sign, _ in _proved(flow, switch))
+
+
+def _proved(flow: Course, switch: End) -> Iterator[tuple[str, int, Number]]:
+    """Quantities at a segment's end that are proved not to vanish: sign, and error of the value."""
+    if switch.duration == 0 or switch.outcome is Outcome.UNDECIDED:
+        return
+    c, point, side = flow.c, switch.point, side_of(flow.c)
+    if Guard.BACK in switch.guards and switch.outcome is Outcome.REGULAR:
+        yield "v_r", -1, point.error_v
+    elif Guard.BACK in watched(c) and Guard.BACK not in switch.guards:
+        stays = flow.start.zeros.get(Guard.BACK, 0) == flow.backend.kernels.JET_ORDER
+        if not stays:
+            yield "other", 1, point.error_other
+    if Guard.GAP not in switch.guards:
+        # At rest on the impact surface the gap remains zero.
+        if flow.start.zeros.get(Guard.GAP, 0) < flow.backend.kernels.JET_ORDER:
+            yield "gap", side, point.error_x
+    elif switch.outcome is Outcome.REGULAR:
+        yield "v_r", -side, point.error_v
+    if c.drift and Guard.DRIFT not in switch.guards:
+        yield "v_c", c.drift, point.error_v_c
+
+
+def reached(flow: Course, switch: End, angle: Number) -> State:
+    """State at the end of a segment.
+
+    A guard that fired is exactly zero, whatever its rounded value. A guard that did not fire is
+    proved positive; if terms cancel, its computed value may still be zero or negative, which is no
+    information. A proved sign that rounding hides is restored within the error bound.
+    """
+    c, point, zero = flow.c, switch.point, angle * 0
+    for name, sign, error in _proved(flow, switch):
+        if not sign * getattr(point, name) > 0 and error > 0:
+            point = point._replace(**{name: sign * error})
+            if name == "gap":
+                point = point._replace(x_r=c.own_stop() + sign * error)
+    v_c = point.v_c if c.drift else zero
+    gap, back = (point.other, point.gap) if c.contact == 2 else (point.gap, point.other)
+    state = State(point.x_r, gap, point.v_r, v_c, angle, back=back)
+    if pulsed(c):
+        state = state._replace(level=int(not c.high) ^ (Guard.EDGE in switch.guards))
+    stops = [getattr(c, name) for name, _ in flow.backend.scene.facts.STOPS]
+    for guard in switch.guards:
+        if guard is Guard.BACK or (guard is Guard.GAP and c.contact == 2):
+            state = state._replace(x_r=-stops[1], gap=-stops[1] - stops[0], back=zero)
+        elif guard is Guard.GAP:
+            state = state._replace(x_r=stops[0], gap=zero)
+            if back is not None:
+                state = state._replace(back=stops[0] + stops[1])
+        elif guard is Guard.EDGE:
+            continue
+        elif guard is Guard.DRIFT:
+            state = state._replace(v_c=zero)
+        else:
+            state = state._replace(bound=1 if guard is Guard.UPPER else -1)
+    return state

@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from capsule_sym import Parameters, simulate, simulate_many
-from capsule_sym._map import location
+from capsule_sym._map import course
 from capsule_sym._parameters import CAPSULE
 from tests.native import KERNELS, LIBRARY, compile_in
 from tests.sampling import sampled, some
@@ -125,11 +125,11 @@ def test_the_form_of_a_rest_in_c_has_its_place(choice: str, right: bool, tmp_pat
 
 @pytest.mark.parametrize(("least", "right"), [("8 *", True), ("0 *", False), ("1e99 *", False)])
 def test_the_form_of_a_rest_in_python_has_its_place(least: str, right: bool, monkeypatch) -> None:
-    text = textwrap.dedent(inspect.getsource(location.Course.at_mark))
+    text = textwrap.dedent(inspect.getsource(course.Course.at_mark))
     assert text.count("< 8 *") == 1
     made: dict[str, Any] = {}
-    exec(text.replace("8 *", least), vars(location), made)
-    monkeypatch.setattr(location.Course, "at_mark", made["at_mark"])
+    exec(text.replace("8 *", least), vars(course), made)
+    monkeypatch.setattr(course.Course, "at_mark", made["at_mark"])
 
     def changed(row: Values, periods: int, _: int) -> Values:
         p, start = Parameters(*row[:7].tolist()), tuple(row[7:].tolist())

@@ -11,8 +11,8 @@ from mpmath import mp, mpf
 
 from capsule_sym import Parameters
 from capsule_sym._map.backend import Backend, NumpyBackend
+from capsule_sym._map.course import Begin, Course, SegmentStart
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Begin, Course, SegmentStart
 from tests.judges import CONTACT, DRIFT, taylor
 
 FIELDS = tuple(DRIFT)

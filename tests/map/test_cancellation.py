@@ -14,7 +14,7 @@ from capsule_sym import Parameters, results, simulate
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.location import End
-from capsule_sym._map.reference import reached, tells
+from capsule_sym._map.transitions import reached, tells
 from capsule_sym._native import core
 from tests.map import Motion
 from tests.sampling import many, sampled

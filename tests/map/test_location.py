@@ -11,8 +11,9 @@ from mpmath import mp, mpf
 
 from capsule_sym import Parameters
 from capsule_sym._map.backend import MpmathBackend, NumpyBackend
+from capsule_sym._map.course import Begin, Course, SegmentStart
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Begin, Course, End, SegmentStart, locate
+from capsule_sym._map.location import End, locate
 from capsule_sym._map.transitions import State, select_field
 from capsule_sym.results import Outcome
 from tests.map import CASES, DIGITS, Motion

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from capsule_sym._map import isolation, location, quasistatic
+from capsule_sym._map import course, isolation, location, quasistatic
 
 Mutation = Callable[[pytest.MonkeyPatch], None]
 
@@ -46,19 +46,19 @@ def no_monotonicity(patch: pytest.MonkeyPatch) -> None:
 
 def no_division(patch: pytest.MonkeyPatch) -> None:
     """Leave the zeros at the start in."""
-    honest = location.Course.__init__
+    honest = course.Course.__init__
 
     def weaker(self: Any, backend: Any, c: Any, begin: Any) -> None:
         if backend.name == "numpy":
             begin = replace(begin, start=begin.start._replace(zeros={}))
         honest(self, backend, c, begin)
 
-    patch.setattr(location.Course, "__init__", weaker)
+    patch.setattr(course.Course, "__init__", weaker)
 
 
 def no_flow_errors(patch: pytest.MonkeyPatch) -> None:
     """Take the closed form in double precision to be exact."""
-    call = location.Course.__call__
+    call = course.Course.__call__
 
     def weaker(self: Any, h: Any) -> Any:
         point = call(self, h)
@@ -67,7 +67,7 @@ def no_flow_errors(patch: pytest.MonkeyPatch) -> None:
         errors = {name: 0.0 for name in point._fields if name.startswith("error")}
         return point._replace(**errors)
 
-    patch.setattr(location.Course, "__call__", weaker)
+    patch.setattr(course.Course, "__call__", weaker)
 
 
 def no_free_part(patch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,8 @@ import pytest
 from benchmarks.hardcases.reference import CONTRACT, error
 from capsule_sym import Parameters
 from capsule_sym._map.backend import NumpyBackend, backend
-from capsule_sym._map.location import Course, End, SegmentStart, locate
+from capsule_sym._map.course import Course, SegmentStart
+from capsule_sym._map.location import End, locate
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
 from capsule_sym._native import core

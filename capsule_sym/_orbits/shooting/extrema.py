@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 from capsule_sym._map import quasistatic
 from capsule_sym._map.backend import Backend, Number, backend
+from capsule_sym._map.course import Begin, Course, SegmentStart
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand, reaction_of
 from capsule_sym._map.isolation import polish, positive_at, search
-from capsule_sym._map.location import Begin, Course, SegmentStart
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import native_fields
 from capsule_sym._orbits.shooting.equations import SegmentFlow
