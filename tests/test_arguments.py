@@ -346,7 +346,6 @@ def test_every_public_function_is_tried() -> None:
             "ascending finite .* from 0 on",
         ),
         ("continue_both_ways(orbit, 'alpha', (0.1, math.nan))", "ends = .*two ascending finite"),
-        ("certify_run(run, {'alpah': '0.5'})", "did you mean alpha"),
         ("performance(none)", "orbit = <NoOrbit .*an Orbit, as solve_orbit"),
         ("half_orbit(none)", "orbit = <NoOrbit .*an Orbit, as solve_orbit"),
         ("continue_both_ways(none, 'alpha', 0.1, 0.9)", "orbit = <NoOrbit .*an Orbit, as solve"),

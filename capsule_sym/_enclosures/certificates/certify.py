@@ -8,7 +8,6 @@ of least phase on.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
 from fractions import Fraction
@@ -24,7 +23,7 @@ from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.proof import guess_of, held, prove_admissible, shooting_of
 from capsule_sym._enclosures.orbits.stability import characteristic, monodromy
 from capsule_sym._enclosures.passage.runs import enclose_run, exactly
-from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._native import Watch
@@ -74,21 +73,15 @@ def _first(tube: Tube, still: Sequence[int] = ()) -> int:
     return min(segments, key=lambda k: float(_turn(tube, k)))
 
 
-def _decimals(
-    scene: Scene, values: Iterable[float], exact: Mapping[str, str] | None
-) -> dict[str, str]:
-    """Parameters by name: those in `exact`, or the decimals as which the doubles print.
+def _decimals(scene: Scene, values: Iterable[float]) -> dict[str, str]:
+    """Parameters by name, as the decimals as which the doubles print.
 
     Raises InvalidInput for another scene than that for which certificates are written.
     """
     if scene != CAPSULE:
         raise InvalidInput("scene", scene.name, CAPSULE.name)
-    for name, text in (exact or {}).items():
-        check_one_of("exact", name, PARAMETERS)
-        if not re.fullmatch(r"-?\d+(\.\d*)?", text):
-            raise InvalidInput(f"exact {name}", text, "a decimal such as 0.05")
     given = zip(PARAMETERS, values, strict=True)
-    return {name: _shortest((exact or {}).get(name, exactly(value))) for name, value in given}
+    return {name: _shortest(exactly(value)) for name, value in given}
 
 
 def _shortest(text: str) -> str:
@@ -98,9 +91,7 @@ def _shortest(text: str) -> str:
 
 
 @np.errstate(under="ignore")
-def certify_orbit(
-    orbit: Orbit, exact: Mapping[str, str] | None = None, *, max_seconds: float = math.inf
-) -> dict[str, Any]:
+def certify_orbit(orbit: Orbit, *, max_seconds: float = math.inf) -> dict[str, Any]:
     """Certificate of an orbit: existence, uniqueness, itinerary, and whether it is stable.
 
     The orbit is enclosed in ball arithmetic. Then every event function is proved positive inside
@@ -111,9 +102,6 @@ def certify_orbit(
     ----------
     orbit : Orbit
         The orbit, as `solve_orbit` gives; dimensionless. Its numbers are the guess of the proof.
-    exact : mapping of str to str, default None
-        Exact parameters by name, each a decimal such as "0.05", dimensionless. A parameter that is
-        not given is the decimal as which its double prints.
     max_seconds : float, default inf, above 0
         Time limit, in seconds of wall time.
 
@@ -130,8 +118,7 @@ def certify_orbit(
         With the step that failed, and after `max_seconds`. The statement may still hold. It is an
         ArithmeticError.
     InvalidInput
-        For an orbit of another scene, an unknown name in `exact`, a text that is no decimal, and a
-        time that is not allowed.
+        For an orbit of another scene, and a time that is not allowed.
 
     Notes
     -----
@@ -152,7 +139,7 @@ def certify_orbit(
     0.981818749997849077221677549776
     """
     orbit = whole_orbit(orbit)
-    parameters = _decimals(orbit.scene, orbit.values, exact)
+    parameters = _decimals(orbit.scene, orbit.values)
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
         shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
         tube = enclose(shooting, guess_of(shooting, orbit), held(shooting))
@@ -168,23 +155,19 @@ def certify_orbit(
 @np.errstate(under="ignore")
 def certify_bifurcation(
     found: Bifurcation | CurvePoint,
-    exact: Mapping[str, str] | None = None,
     *,
     max_seconds: float = math.inf,
 ) -> tuple[dict[str, Any], Proved]:
     """Certificate of a bifurcation with a segment of duration 0, and the proved event.
 
-    Alpha is solved for. The other parameters are those of the bifurcation or of the curve's point,
-    or those in `exact`. The orbit is one of the paper's scene. The extra `symbolic` is needed.
+    Alpha is solved for. The other parameters are those of the bifurcation or of the curve's point:
+    the decimals as which their doubles print. The orbit is one of the paper's scene. The extra `symbolic` is needed.
 
     Parameters
     ----------
     found : Bifurcation or CurvePoint
         Bifurcation of a branch in alpha, or point of a curve; dimensionless. Its numbers are the
         guess of the proof.
-    exact : mapping of str to str, default None
-        Exact parameters by name, each a decimal such as "0.05", dimensionless. A parameter that is
-        not given is the decimal as which its double prints.
     max_seconds : float, default inf, above 0
         Time limit, in seconds of wall time.
 
@@ -203,8 +186,7 @@ def certify_bifurcation(
         With the step that failed, for a smooth bifurcation, for a branch in another parameter, and
         after `max_seconds`. It is an ArithmeticError.
     InvalidInput
-        For an unknown name in `exact`, for a text that is no decimal, and for a time that is not
-        allowed.
+        For an orbit of another scene, and a time that is not allowed.
 
     See Also
     --------
@@ -224,7 +206,7 @@ def certify_bifurcation(
     if found.segment is None:
         raise Unproved("type", f"{_named(found)} has no segment of duration 0")
     free, orbit = found.parameter if isinstance(found, Bifurcation) else "alpha", found.orbit
-    parameters = _decimals(orbit.scene, orbit.values, exact)
+    parameters = _decimals(orbit.scene, orbit.values)
     if free != "alpha":
         raise Unproved("certificate", "the checker solves for alpha only")
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
@@ -240,9 +222,7 @@ def certify_bifurcation(
 
 
 @np.errstate(under="ignore")
-def certify_run(
-    trajectory: Trajectory, exact: Mapping[str, str] | None = None, *, max_seconds: float = math.inf
-) -> dict[str, Any]:
+def certify_run(trajectory: Trajectory, *, max_seconds: float = math.inf) -> dict[str, Any]:
     """Certificate of a run to the end of a period: itinerary, switches, and final state.
 
     Each switch is enclosed and proved to be the first event. The start is given by the decimals as
@@ -253,9 +233,6 @@ def certify_run(
     trajectory : Trajectory
         Run that ends with a period, with its segments (`keep="segments"`), as `simulate` gives;
         dimensionless.
-    exact : mapping of str to str, default None
-        Exact parameters by name, each a decimal such as "0.05", dimensionless. A parameter that is
-        not given is the decimal as which its double prints.
     max_seconds : float, default inf, above 0
         Time limit, in seconds of wall time.
 
@@ -272,8 +249,7 @@ def certify_run(
         With the segment that is not the next one, if the run does not end with a period, and after
         `max_seconds`. It is an ArithmeticError.
     InvalidInput
-        For a run of another scene, if segments were not kept, and for an unknown name in `exact`.
-        Also for a text that is no decimal, and for a time that is not allowed.
+        For a run of another scene, if segments were not kept, and for a time that is not allowed.
 
     See Also
     --------
@@ -289,14 +265,14 @@ def certify_run(
     ['1.02752353', '-0.3684343', '0.35221837']
     """
     with Watch(checked_seconds(max_seconds)):
-        return _certified_run(trajectory, exact)
+        return _certified_run(trajectory)
     raise Unproved("certificate", "the time was over before every switch was proved")
 
 
-def _certified_run(trajectory: Trajectory, exact: Mapping[str, str] | None) -> dict[str, Any]:
+def _certified_run(trajectory: Trajectory) -> dict[str, Any]:
     given = trajectory.parameters
-    parameters = _decimals(given.scene, (getattr(given, name) for name in PARAMETERS), exact)
-    passage = enclose_run(trajectory, exact)
+    parameters = _decimals(given.scene, (getattr(given, name) for name in PARAMETERS))
+    passage = enclose_run(trajectory)
     segments, (begin, start) = trajectory.segments, trajectory.origin
     if segments[-1].end.phase != 0:
         raise Unproved("certificate", "the run does not end with a period")
@@ -356,12 +332,12 @@ def _named(one: Certified) -> str:
 
 
 def certificates(
-    found: Iterable[Certified], limit: Watch, exact: Mapping[str, str] | None = None
+    found: Iterable[Certified], limit: Watch
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Certificates of orbits, bifurcations and runs, and the reason for each that is not proved.
 
-    Parameters are the decimals in `exact` by name, or those that doubles print as. Each
-    certificate is there once. Raises InvalidInput for one of another scene.
+    Parameters are the decimals that doubles print as. Each certificate is there once. Raises
+    InvalidInput for one of another scene.
     """
     proved, failed = [], []
     for one in found:
@@ -369,11 +345,11 @@ def certificates(
             if limit.over:
                 raise Unproved("certificate", "the time was over")
             if isinstance(one, Orbit):
-                proved.append(certify_orbit(one, exact, max_seconds=limit.left))
+                proved.append(certify_orbit(one, max_seconds=limit.left))
             elif isinstance(one, Trajectory):
-                proved.append(certify_run(one, exact, max_seconds=limit.left))
+                proved.append(certify_run(one, max_seconds=limit.left))
             else:
-                proved.append(certify_bifurcation(one, exact, max_seconds=limit.left)[0])
+                proved.append(certify_bifurcation(one, max_seconds=limit.left)[0])
         except Unproved as error:
             failed.append(f"{_named(one)}: {error}")
     return [one for k, one in enumerate(proved) if one not in proved[:k]], failed

@@ -362,7 +362,7 @@ def test_a_closed_path_is_that_of_a_periodic_orbit(word: tuple[int, ...]) -> Non
     orbit = solve_itinerary(
         parameters, dataclasses.replace(itinerary, period_number=len(word)), guess
     )
-    certificate = certify_orbit(orbit, kept()["parameters"])
+    certificate = certify_orbit(orbit)
     assert not rejected(certificate)
     with precision(256):
         values = {name: ball(text) for name, text in kept()["parameters"].items()}
