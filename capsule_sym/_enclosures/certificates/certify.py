@@ -161,7 +161,8 @@ def certify_bifurcation(
     """Certificate of a bifurcation with a segment of duration 0, and the proved event.
 
     Alpha is solved for. The other parameters are those of the bifurcation or of the curve's point:
-    the decimals as which their doubles print. The orbit is one of the paper's scene. The extra `symbolic` is needed.
+    the decimals as which their doubles print. The orbit is one of the paper's scene. The extra
+    `symbolic` is needed.
 
     Parameters
     ----------
