@@ -10,9 +10,10 @@ from typing import Any
 import sympy as sp
 
 from capsule_sym._symbolic.model import declaration, jacobian
+from capsule_sym._symbolic.model import formulas as model_formulas
 from capsule_sym._symbolic.model.basis import FORCED
 from capsule_sym._symbolic.model.enclosure import coefficients, extended_rates
-from capsule_sym._symbolic.model.formulas import Formula, formulas
+from capsule_sym._symbolic.model.formulas import ARGUMENTS, Formula
 from capsule_sym._symbolic.model.model import SEGMENTS, Linear
 from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED
 from capsule_sym.codegen import INPUTS
@@ -83,6 +84,19 @@ def derive(header: str, digest: str, *, whole: bool = True) -> Derived:
 def read(name: str) -> dict[str, Any]:
     """Inputs of this name."""
     return tomllib.loads((INPUTS / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def formulas() -> tuple[Formula, ...]:
+    """Formulas of the model, in the order of `codegen/kernels.toml`, which has their arguments."""
+    found, known = [], model_formulas.formulas()
+    for entry in read("kernels")["formula"]:
+        if (result := known.get(entry["name"])) is None:
+            continue
+        results = result if isinstance(result, dict) else {"result": result}
+        for key in ("arguments", "carried"):
+            entry[key] = tuple(ARGUMENTS[name] for name in entry.get(key, ()))
+        found.append(Formula(**entry, results=tuple(results.items())))
+    return tuple(found)
 
 
 def _kernels(config: dict[str, Any], derivations: Mapping[str, Assignments]) -> Iterable[Kernel]:

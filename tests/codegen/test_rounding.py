@@ -8,7 +8,7 @@ import sympy as sp
 from mpmath import MPContext
 
 from capsule_sym._parameters import scene
-from capsule_sym._symbolic.model.formulas import formulas as formulas_of_the_model
+from capsule_sym.codegen._derived import formulas as formulas_of_the_model
 from capsule_sym.codegen._derived import lowered
 from capsule_sym.codegen._lower import lower
 from capsule_sym.codegen._rounding import sizes, units

@@ -71,6 +71,12 @@ x_change, v_change, v_rate, index = sp.symbols("x_change v_change v_rate n", rea
 level, sign, pull, way = sp.symbols("level sign pull way", real=True)
 source, last, before, term = sp.symbols("drive last before term", real=True)
 root_K, reach = sp.symbols("root_K reach", positive=True)
+_SYMBOLS = (x_r, gap, v_r, v_c, cos_theta, sin_theta, margin, x_change, v_change, v_rate, index)
+ARGUMENTS = {
+    str(one): one
+    for one in (*_SYMBOLS, level, sign, pull, way, source, last, before, root_K, reach)
+}
+"""Arguments of formulas by name."""
 
 
 @dataclass(frozen=True)
@@ -135,232 +141,87 @@ def _next(operator: sp.Expr, driven: sp.Expr) -> sp.Expr:
     return sp.Add(*parts)
 
 
-def formulas() -> tuple[Formula, ...]:
-    """All formulas, in the order in which they are printed."""
-    found = (*_forces(), *_motion(), *_points(), *_gradients(), *_recurrences())
-    return tuple(one for one in found if not (PULSED and one.name in _FORCED)) + _pulses()
+Results = sp.Expr | dict[str, sp.Expr]
+"""A result, or several by name."""
+
+
+def formulas() -> dict[str, Results]:
+    """Results of all formulas by name; `codegen/kernels.toml` has their arguments and meaning."""
+    found = _forces() | _motion() | _points() | _gradients()
+    found |= {"response_next": _next(Q, source), "forcing_next": _next(W, sp.S.Zero)}
+    if PULSES:
+        found = {name: result for name, result in found.items() if name not in _FORCED}
+        found |= {"drive_level": LEVEL, "high_share": PULSES.share}
+        found["high_share_gradient"] = _gradient(PULSES.share)
+    return found
 
 
 _FORCED = ("forcing_terms", "forced", "force_gain2", "forcing_next")
 """Formulas of a forcing that varies within a segment."""
 
 
-def _formula(
-    name: str, doc: str, arguments: tuple[sp.Symbol, ...], sized: bool = False, **results: sp.Expr
-) -> Formula:
-    return Formula(name, doc, arguments, tuple(results.items()), sized)
-
-
-_STATE = (x_r, gap, v_r)
-_AT = (*_STATE, cos_theta)
-
-
-def _pulses() -> tuple[Formula, ...]:
-    """Level of pulses, and the share of a period at the high level."""
-    if not PULSES:
-        return ()
-    return (
-        _formula("drive_level", "The level of the drive.", (), level=LEVEL),
-        _formula("high_share", "Share of a period at the high level.", (), share=PULSES.share),
-    )
-
-
-def _forces() -> tuple[Formula, ...]:
+def _forces() -> dict[str, Results]:
     """Interaction force, pull on the capsule, and friction."""
     pulled = at_angle(with_gap(PULL))
     drifting = {a: b.subs(drift, way) for a, b in general_constants(stick=False).items()}
-    return (
-        _formula("force", "The interaction force P.", _STATE, True, force=with_gap(P)),
-        _formula("pull", "The pull Q on the capsule.", _AT, True, pull=pulled),
-        _formula(
-            "margin_at",
-            "Force that accelerates the capsule: Q - friction.",
-            _AT,
-            True,
-            margin=pulled - friction,
-        ),
-        _formula(
-            "friction_at",
-            "Friction in drift in a direction (1, -1; 0 at rest): Q where that drift begins.",
-            (way,),
-            friction=drifting[friction],
-        ),
-        _formula(
-            "loss_at",
-            "Friction in drift in a direction, without the capsule's weight in the bounds.",
-            (way,),
-            friction=friction_of(way) - WEIGHT,
-        ),
-        _formula(
-            "push_at",
-            "Acceleration of the relative motion by friction, in drift in a direction.",
-            (way,),
-            push=LOAD + SHARE * LEVEL + friction_of(way) / gamma,
-        ),
-        _formula(
-            "friction_guard",
-            "Distance of Q from its bound ahead (sign -1) or behind (sign 1), at rest.",
-            (sign, pull),
-            guard=bound_of(-sign) + sign * pull,
-        ),
-        _formula(
-            "force_change",
-            "Change of P by changes of x_r and v_r; for rates of these, the rate of P.",
-            (x_change, v_change),
-            True,
-            change=_change(x_change, v_change),
-        ),
-        _formula(
-            "pull_rate",
-            "Rate of Q from those of x_r and v_r.",
-            (x_change, v_change, sin_theta),
-            True,
-            rate=_change(x_change, v_change) - _rate_of(reaction(0)),
-        ),
-        _formula(
-            "rest_force",
-            "Acceleration of the relative motion at v_r = 0 and zero forcing.",
-            (x_r, gap),
-            True,
-            force=_rest_force(),
-        ),
-    )
+    return {
+        "force": with_gap(P),
+        "pull": pulled,
+        "margin_at": pulled - friction,
+        "friction_at": drifting[friction],
+        "loss_at": friction_of(way) - WEIGHT,
+        "push_at": LOAD + SHARE * LEVEL + friction_of(way) / gamma,
+        "friction_guard": bound_of(-sign) + sign * pull,
+        "force_change": _change(x_change, v_change),
+        "pull_rate": _change(x_change, v_change) - _rate_of(reaction(0)),
+        "rest_force": _rest_force(),
+    }
 
 
-def _motion() -> tuple[Formula, ...]:
+def _motion() -> dict[str, Results]:
     """Rates, the forcing, and bounds of the forced and the free motion."""
-    rate = _rest_force() - 2 * sigma * v_r + forcing(0)
-    return (
-        _formula("v_rate", "v_r'.", _AT, True, rate=rate),
-        _formula("v_c_rate", "v_c' in drift.", (margin,), rate=margin / gamma),
-        _formula(
-            "forcing_terms",
-            "The forcing and its rate.",
-            (cos_theta, sin_theta),
-            True,
-            drive=forcing(0),
-            drive_rate=_rate_of(forcing(0)),
-        ),
-        _formula(
-            "forced", "The forced response: x_r and v_r.", (cos_theta, sin_theta), **_forced()
-        ),
-        _formula(
-            "force_gain2",
-            "Squared ratio of the amplitudes of Q and x_r in forced motion.",
-            (),
-            gain=(omega**2 / m) ** 2 if REACTS else STIFFNESS**2 + (DAMPER * omega) ** 2,
-        ),
-        _formula(
-            "force_per_energy",
-            "Bound of |P| at sqrt(v_r^2 + K x_r^2) = 1; root_K is the root of K.",
-            (root_K,),
-            force=STIFFNESS / root_K + DAMPER,
-        ),
-    )
+    gain = (omega**2 / m) ** 2 if REACTS else STIFFNESS**2 + (DAMPER * omega) ** 2
+    return {
+        "v_rate": _rest_force() - 2 * sigma * v_r + forcing(0),
+        "v_c_rate": margin / gamma,
+        "forcing_terms": {"drive": forcing(0), "drive_rate": _rate_of(forcing(0))},
+        "forced": _forced(),
+        "force_gain2": gain,
+        "force_per_energy": STIFFNESS / root_K + DAMPER,
+    }
 
 
-def _points() -> tuple[Formula, ...]:
-    """Positions and velocities at rest, and where P has a given value or an extremum."""
-    turning = sp.solve(_change(v_r, v_rate), v_r)[0]
-    return (
-        _formula(
-            "centre",
-            "x_r where the unforced segment rests.",
-            (),
-            x_r=(push - m * SPRING).subs(x_r, 0) / K,  # K is m times SPRING's slope
-        ),
-        _formula(
-            "position_at",
-            "x_r at which P has a given value.",
-            (level, v_r),
-            x_r=sp.together(sp.solve(P - level, x_r)[0]),
-        ),
-        _formula(
-            "velocity_at",
-            "v_r at which P has a given value on the impact surface.",
-            (level,),
-            v_r=sp.solve(P.subs(x_r, stop) - level, v_r)[0],
-        ),
-        _formula(
-            "turning_velocity",
-            "v_r at an extremum of P, for a given v_r'.",
-            (v_rate,),
-            v_r=turning,
-        ),
-        _formula("damper_power", "Power dissipated by the damper.", (v_r,), power=DAMPER * v_r**2),
-        _formula(
-            "drive_power",
-            "The power of the drive.",
-            (cos_theta, v_r, v_c),
-            power=(drive(0) + LEVEL) * DRIVEN,
-        ),
-        _formula(
-            "load_force",
-            "Constant force on the mass besides drive and interaction.",
-            (),
-            force=LOAD,
-        ),
-        _formula("lift_force", "Force that lifts both bodies.", (), force=WEIGHT - LOAD),
-        _formula(
-            "rest_centre",
-            "Mean x_r of the motion at rest of the capsule without contact.",
-            (),
-            x_r=STEADY / segment(2).here(STIFFNESS),
-        ),
-    )
+def _points() -> dict[str, Results]:
+    """Positions and velocities at rest, and where P has a given value or an extremum; powers."""
+    return {
+        "centre": (push - m * SPRING).subs(x_r, 0) / K,  # K is m times SPRING's slope
+        "position_at": sp.together(sp.solve(P - level, x_r)[0]),
+        "velocity_at": sp.solve(P.subs(x_r, stop) - level, v_r)[0],
+        "turning_velocity": sp.solve(_change(v_r, v_rate), v_r)[0],
+        "damper_power": DAMPER * v_r**2,
+        "drive_power": (drive(0) + LEVEL) * DRIVEN,
+        "load_force": LOAD,
+        "lift_force": WEIGHT - LOAD,
+        "rest_centre": STEADY / segment(2).here(STIFFNESS),
+    }
 
 
-def _gradients() -> tuple[Formula, ...]:
+def _gradients() -> dict[str, Results]:
     """Gradients of the terms of guards and forces."""
-    edges: tuple[Formula, ...] = ()
-    if PULSES:
-        edges = (
-            _gradient("high_share", "the share of a period at the high level", (), PULSES.share),
-        )
     limit = PULL.subs(DRIVE, LEVEL if PULSED else alpha * sp.cos(theta)) - friction_of(way)
-    angle = cos_theta, sin_theta
-    return (
-        _gradient("gap", "the gap x_r - stop", (), x_r - stop),
-        _gradient("speed", "the capsule's velocity v_c", (), v_c),
-        _gradient("force", "the interaction force P", (gap, v_r), P),
-        _gradient("damper_power", "the damper's power", (v_r,), DAMPER * v_r**2),
-        _gradient(
-            "drive_power",
-            "the drive's power",
-            (cos_theta, sin_theta, v_r, v_c),
-            (drive(0).subs(cos_theta, sp.cos(theta)) + LEVEL) * DRIVEN,
-        ),
-        _gradient("contact", "the force of the stop's spring", (gap,), P.coeff(kappa) * kappa),
-        _gradient(
-            "loss", "the friction in a direction, less weight", (way,), friction_of(way) - WEIGHT
-        ),
-        _gradient("lift_force", "the force that lifts both bodies", (), WEIGHT - LOAD),
-        _gradient("limit", "Q less the friction in a direction", (way, gap, v_r, *angle), limit),
-        _gradient("slip", "v_c' in drift in a direction", (way, *_STATE, *angle), limit / gamma),
-        *edges,
-    )
-
-
-def _recurrences() -> tuple[Formula, ...]:
-    """Coefficients of power series from the preceding ones."""
-    return (
-        Formula(
-            "response_next",
-            "Coefficient n + 2 of a response in h/reach, from the drive's and the last two.",
-            (index, reach, source, last, before),
-            (("next", _next(Q, source)),),
-            sized=True,
-            carried=(source, last, before),
-        ),
-        Formula(
-            "forcing_next",
-            "Coefficient n + 2 of cos(omega h) or sin(omega h) in h/reach, from coefficient n.",
-            (index, reach, before),
-            (("next", _next(W, sp.S.Zero)),),
-            sized=True,
-            carried=(before,),
-        ),
-    )
+    functions = {
+        "gap": x_r - stop,
+        "speed": v_c,
+        "force": P,
+        "damper_power": DAMPER * v_r**2,
+        "drive_power": (drive(0).subs(cos_theta, sp.cos(theta)) + LEVEL) * DRIVEN,
+        "contact": P.coeff(kappa) * kappa,
+        "loss": friction_of(way) - WEIGHT,
+        "lift_force": WEIGHT - LOAD,
+        "limit": limit,
+        "slip": limit / gamma,
+    }
+    return {f"{name}_gradient": _gradient(one) for name, one in functions.items()}
 
 
 def _change(x: sp.Expr, v: sp.Expr) -> sp.Expr:
@@ -378,7 +239,7 @@ GRADIENT = (*STATE, theta, *PARAMETERS)
 """Columns of gradients: state and phase, parameters."""
 
 
-def _gradient(name: str, doc: str, arguments: tuple[sp.Symbol, ...], function: sp.Expr) -> Formula:
+def _gradient(function: sp.Expr) -> dict[str, sp.Expr]:
     """Gradient of a function of state and parameters, as an array."""
     made = {kappa: STIFF} | ({stop: PLACE} if stop is not front else {})
     parts = {one: sp.Function(f"{one}_of")(*PARAMETERS) for one in made}
@@ -390,10 +251,7 @@ def _gradient(name: str, doc: str, arguments: tuple[sp.Symbol, ...], function: s
         rates = {part.diff(by): made[one].diff(by) / contact for one, part in parts.items()}
         return with_gap(sp.diff(whole, by).xreplace(rates).subs(known))
 
-    slopes = map(slope, GRADIENT)
-    results = tuple((f"by_{by}", slope) for by, slope in zip(GRADIENT, slopes, strict=True))
-    doc = f"Derivatives of {doc} by state, phase and parameters."
-    return Formula(f"{name}_gradient", doc, arguments, results, array=True)
+    return {f"by_{by}": slope(by) for by in GRADIENT}
 
 
 def _rate_of(wave: sp.Expr) -> sp.Expr:

@@ -40,7 +40,7 @@ def energy(field: Linear) -> sp.Expr:
 
 @cache
 def _formulas() -> Mapping[str, sp.Expr]:
-    return {one.name: one.results[0][1] for one in formulas()}
+    return formulas()
 
 
 def power(field: Linear) -> sp.Expr:
