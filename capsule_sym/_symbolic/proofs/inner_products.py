@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from typing import Any
 
 import sympy as sp
@@ -19,7 +19,7 @@ from capsule_sym._symbolic.model.geometry import CELLS, LINES, PIECES, SURFACES,
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Linear
 from capsule_sym._symbolic.model.proof import consistent, sign_under
 from capsule_sym._symbolic.model.switching import reduced
-from capsule_sym._symbolic.model.symbols import STATE, f_b
+from capsule_sym._symbolic.model.symbols import STATE
 from capsule_sym._symbolic.proofs.statement import Statement
 
 STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
@@ -43,11 +43,6 @@ class InnerProduct:
     field: int
     expression: sp.Expr
     sign: Sign | None
-
-    @cached_property
-    def value(self) -> sp.Expr:
-        """Expression in state, time and parameters, with the equations of L1-L4 put in."""
-        return _on(PIECES[self.place], self.expression)
 
     @property
     def relations(self) -> tuple[Relation, ...]:
@@ -93,15 +88,6 @@ def _normals(piece: StateSet, field: Linear) -> Iterator[tuple[str, sp.Expr]]:
         yield f"∇{name}{'+' if side > 0 else '−'}", side * function
 
 
-def _on(piece: StateSet, expression: sp.Expr) -> sp.Expr:
-    """Expression with the equations of L1-L4 put in."""
-    if piece.name not in STICK_EDGE:
-        return expression
-    function, side = STICK_EDGE[piece.name]
-    root = sp.solve(sp.Eq(function, side * f_b), STATE[0])[0]
-    return sp.factor(sp.expand(sp.together(expression.subs(STATE[0], root))))
-
-
 @cache
 def inner_products() -> tuple[InnerProduct, ...]:
     """All inner products of Section 3: every surface and line with every field beside it."""
@@ -134,7 +120,7 @@ def has_sign(product: InnerProduct, sign: Sign | Relation) -> bool:
 def _latex(product: InnerProduct) -> str:
     function, side = product.normal[1:-1], product.normal[-1].replace("−", "-")
     inner = rf"\langle\nabla {function[0]}_{function[1]}^{{{side}}},F_{product.field}\rangle"
-    return f"{inner}={sp.latex(product.value)}"
+    return f"{inner}={sp.latex(product.expression)}"
 
 
 def inner() -> Iterator[Statement]:
