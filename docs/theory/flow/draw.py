@@ -34,6 +34,6 @@ def draw(width: float = 6.6) -> Figure:
     axes = figure.subplots()
     axes.loglog(distances, textbooks, "o-", color="C3", label="textbook form")
     axes.loglog(distances, heres, "o-", color="C0", label="this map")
-    axes.set(xlabel="distance from resonance, 1 − ω", ylabel="relative error", ylim=(1e-18, 1))
+    axes.set(xlabel="distance from resonance, 1 − ω", ylabel="relative error", ylim=(1e-18, 1e-6))
     axes.legend()
     return figure

@@ -101,10 +101,10 @@ def continue_orbit(
 
     Notes
     -----
-    The equations of a periodic orbit are those of multiple shooting. Branches are followed by
-    pseudo-arclength. A border collision is solved for as an orbit with a segment of duration 0.
-    Folds, period doublings and Neimark-Sacker bifurcations are zeros of test functions of the
-    monodromy matrix.
+    The equations of a periodic orbit are those of shooting from switch to switch. Branches are
+    followed by pseudo-arclength. A border collision is solved for as an orbit with a segment of
+    duration 0. Folds, period doublings and Neimark-Sacker bifurcations are zeros of test functions
+    of the monodromy matrix.
 
     See Also
     --------
