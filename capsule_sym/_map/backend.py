@@ -162,7 +162,10 @@ def _is_compiled(scene: Scene) -> bool:
 def how_compiled(scene: Scene) -> str:
     """Command or advice to compile the core of a scene."""
     if scene.source in SHIPPED or find_spec("capsule_sym._native._binding") is None:
-        return "run make core in a clone, or install capsule-sym where there is a C compiler"
+        return (
+            "in a clone run make core, or start Python outside of it if capsule-sym is installed; "
+            "else install it where there is a C compiler"
+        )
     return f"run python -m capsule_sym.codegen --scene FILE --out {scene.source} --core"
 
 
