@@ -55,7 +55,8 @@ def short_run(
         return None
     native = evaluation.borrowed(parameters)
     precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE
-    found, kept = native.short_run(*values, phase, periods, precision, whole), _NOTHING
+    run = native.short_run if whole else native.end_of_run
+    found, kept = run(*values, phase, periods, precision), _NOTHING
     evaluation.give_back(parameters, native)
     if found is None:
         return None

@@ -36,6 +36,7 @@ cdef extern from "capsule_core.h" nogil:
         size_t map, workspace, segment, event
         const size_t *layouts[8]
         int (*lanes)() noexcept nogil
+        int (*widest)() noexcept nogil
         void (*make)(const double *, void *, char) noexcept nogil
         void (*constants_of)(const void *, int, double *) noexcept nogil
         void (*closed_form)(const void *, int, const double *, double, double *, double *) noexcept nogil
@@ -56,7 +57,7 @@ cdef extern from "capsule_core.h" nogil:
                                 double *, capsule_watch *) noexcept nogil
         void (*start_many)(const double *, const double (*)[3], const double *, void *, size_t,
                            void *, capsule_watch *) noexcept nogil
-        void (*run_many)(const double *, void *, int8_t *, double (*)[3], void *, size_t, int, int,
+        void (*run_many)(const double *, void *, int8_t *, double (*)[3], void *, size_t, int, int, int,
                          size_t, int64_t, void *, capsule_watch *) noexcept nogil
         void (*steady_many)(const double *, const void *, double (*)[3], int, double, int8_t *, void *,
                             uint8_t *, size_t, void *, size_t, void *, capsule_watch *) noexcept nogil
@@ -138,19 +139,24 @@ cdef int _need(bint met, name, shape) except -1:
     return 0
 
 
-cdef void *_at(object array, dtype, tuple shape, bint kept=False) except? NULL:
-    # First byte of a contiguous array of this type and shape; NULL if it is empty.
+cdef void *_memory(object array, dtype, Py_ssize_t rows=-1, bint kept=False) except? NULL:
+    # First byte of an array of records, contiguous and of one axis; NULL if it is empty.
     #
     # It is written to unless it is `kept`.
     cdef const signed char[::1] view
-    if array.dtype != dtype:
-        raise TypeError(f"an array of {np.dtype(dtype)} is needed, not of {array.dtype}")
-    if array.shape != shape or not array.flags.c_contiguous:
-        raise ValueError(f"a contiguous array of shape {shape} is needed, not {array.shape}")
+    if array.dtype != dtype or array.ndim != 1:
+        raise TypeError(f"an array of records {dtype.names} is needed, shape (n,)")
+    if rows >= 0:
+        _need(len(array) == rows, f"records {dtype.names}", (rows,))
     if not (kept or array.flags.writeable):
-        raise ValueError(f"an array of {array.dtype} is read-only")
-    view = array.reshape(-1).view("i1")
-    return <void *> &view[0] if array.size else NULL
+        raise ValueError(f"an array of records {dtype.names} is read-only")
+    view = array.view("i1")
+    return <void *> &view[0] if len(array) else NULL
+
+
+cdef const double *_rows(const double[:, ::1] array, name, Py_ssize_t rows, Py_ssize_t columns) except? NULL:
+    _need(array.shape[0] == rows and array.shape[1] == columns, name, (rows, columns))
+    return &array[0, 0] if rows else NULL
 
 
 cdef class _Memory:
@@ -200,7 +206,7 @@ cdef class Core:
 
     def widths(self):
         # Numbers of lanes that may be requested for runs, besides one.
-        return tuple(width for width in (4, 8) if width <= self.table.lanes())
+        return tuple(width for width in (4, 8) if width <= self.table.widest())
 
     def fields(self, parameters):
         # Closed forms of the fields at one parameter set, an array in the order of `Parameters`.
@@ -210,62 +216,72 @@ cdef class Core:
         # Map at one parameter set, an array in the order of `Parameters`.
         return Map(self, parameters, True)
 
-    cdef const double *_rows(self, parameters, Py_ssize_t count) except? NULL:
-        return <const double *> _at(parameters, "f8", (count, self.table.parameters), True)
-
     cdef _Memory _take(self, str name, size_t size):
         # Removed while it is used: a signal handler may call the function again.
         return self.kept.__dict__.pop(name, None) or _Memory(size)
 
-    def start_many(self, parameters, starts, phases, states, watch=None):
+    def start_many(self, const double[:, ::1] parameters, const double[:, ::1] starts,
+                   const double[::1] phases, states, watch=None):
         # Write the state records at the starts of runs, one per row of the others.
         #
         # Records that the watch prevents have the gap nan, and no run accepts them.
         cdef Py_ssize_t count = len(states)
-        cdef void *records = _at(states, self.records.STATE, (count,))
-        cdef const double *rows = self._rows(parameters, count)
-        cdef const double *begin = <const double *> _at(starts, "f8", (count, 3), True)
-        cdef const double *when = <const double *> _at(phases, "f8", (count,), True)
+        cdef void *records = _memory(states, self.records.STATE)
+        cdef const double *rows = _rows(parameters, "parameters", count, self.table.parameters)
+        cdef const double *begin = _rows(starts, "starts", count, 3)
+        _need(phases.shape[0] == count, "phases", (count,))
         cdef attention a
         cdef _Memory map_ = self._take("map", self.table.map)
         cdef capsule_watch *limit = _attend(&a, watch)
-        with nogil:
-            self.table.start_many(rows, <const double (*)[3]> begin, when, records, count, map_.at, limit)
+        if count:
+            with nogil:
+                self.table.start_many(rows, <const double (*)[3]> begin, &phases[0], records, count, map_.at, limit)
         _raised(&a)
         self.kept.map = map_
 
-    def run_many(self, parameters, states, int64_t periods, stops, strobe=None, bint position=False,
-                 size_t stride=1, watch=None, int lanes=0, first=None):
+    def run_many(self, const double[:, ::1] parameters, states, int64_t periods, int8_t[::1] stops,
+                 double[:, :, ::1] strobe=None, bint position=False, size_t stride=1, watch=None,
+                 int lanes=0, int precision=0, first=None):
         # Run every row, or every `stride`-th, to the end of period `periods`; states are replaced.
         #
         # `stops` receives the result of each run; `strobe`, shape (rows, periods + 1, 3), the states
         # at the ends of the periods. Another call resumes runs that the watch stopped. `lanes` is the
-        # number of runs side by side, 0 for as many as the processor has. Returns the number of
-        # undecided runs. `first` (events) receives the first switch of each run, which ends there: its
-        # field is 0 if none came before the end, and the `plane` of its state is 0 if lanes found it,
-        # instead of the scalar code.
+        # number of runs side by side, 0 for as many as the processor has; `precision` is that of runs
+        # outside the lanes. Returns the number of undecided runs. `first` (events) receives the first
+        # switch of each run, which ends there: its field is 0 if none came before the end, and the
+        # `plane` of its state is 0 if lanes found it, instead of the scalar code.
         if stride < 1:
             raise ValueError("stride must be at least 1")
-        cdef Py_ssize_t count = len(states)
-        cdef void *records = _at(states, self.records.STATE, (count,))
-        cdef const double *rows = self._rows(parameters, count)
-        cdef int8_t *ends = <int8_t *> _at(stops, "i1", (count,))
-        cdef void *events = NULL if first is None else _at(first, self.records.EVENT, (count,))
-        cdef void *marks = NULL if strobe is None else _at(strobe, "f8", (count, periods + 1, 3))
+        cdef Py_ssize_t i, left_open = 0, refused = 0, count = len(states)
+        cdef void *records = _memory(states, self.records.STATE)
+        cdef const double *rows = _rows(parameters, "parameters", count, self.table.parameters)
+        cdef void *events = NULL if first is None else _memory(first, self.records.EVENT, count)
+        cdef double (*marks)[3]
+        marks = NULL
+        _need(stops.shape[0] == count, "stops", (count,))
+        if strobe is not None:
+            _need(strobe.shape[0] == count and strobe.shape[1] == periods + 1 and strobe.shape[2] == 3,
+                  "strobe", (count, periods + 1, 3))
+            marks = <double (*)[3]> &strobe[0, 0, 0] if count else NULL
         cdef attention a
         cdef _Memory work = self._take("workspace", self.table.workspace)
         cdef capsule_watch *limit = _attend(&a, watch)
-        with nogil:
-            self.table.run_many(rows, records, ends, <double (*)[3]> marks, events, stride, position, lanes,
-                                count, periods, work.at, limit)
+        if count:
+            with nogil:
+                self.table.run_many(rows, records, &stops[0], marks, events, stride, position, lanes,
+                                    precision, count, periods, work.at, limit)
+                for i from 0 <= i < count by stride:
+                    left_open += stops[i] == _OPEN
+                    refused += stops[i] == _REFUSED
         _raised(&a)
         self.kept.workspace = work
-        own = stops[::stride]
-        if (own == _REFUSED).any():
+        if refused:
             raise ValueError("no runs from some of the states")
-        return int((own == _OPEN).sum())
+        return left_open
 
-    def steady_many(self, parameters, states, strobe, double tolerance, stops, motions, switches, watch=None):
+    def steady_many(self, const double[:, ::1] parameters, states, double[:, :, ::1] strobe,
+                    double tolerance, int8_t[::1] stops, motions, uint8_t[:, ::1] switches,
+                    watch=None):
         # Find the periodic motion of every finished row, one whose stop is DONE.
         #
         # `states` holds the final states of runs, at the end of a period, and row i of `strobe` the
@@ -274,49 +290,58 @@ cdef class Core:
         # byte for every switch of a period of the motion, the field before it, from the end of the run
         # on; a motion with more switches than half the row holds stops at FULL.
         cdef Py_ssize_t count = len(states)
+        cdef void *records = _memory(states, self.records.STATE)
+        cdef void *found = _memory(motions, self.records.MOTION, count)
+        cdef const double *rows = _rows(parameters, "parameters", count, self.table.parameters)
+        _need(stops.shape[0] == count, "stops", (count,))
+        _need(strobe.shape[0] == count and strobe.shape[1] > 1 and strobe.shape[2] == 3, "strobe",
+              (count, "2 or more", 3))
+        _need(switches.shape[0] == count and switches.shape[1] > 0, "switches", (count, "1 or more"))
         if not count:
             return
-        if strobe.shape[1] < 2:
-            raise ValueError("strobe must have the states of at least one period")
-        cdef int periods = strobe.shape[1] - 1
-        cdef size_t room = switches.shape[1]
-        cdef void *records = _at(states, self.records.STATE, (count,), True)
-        cdef void *found = _at(motions, self.records.MOTION, (count,))
-        cdef const double *rows = self._rows(parameters, count)
-        cdef void *marks = _at(strobe, "f8", (count, periods + 1, 3))
-        cdef int8_t *ends = <int8_t *> _at(stops, "i1", (count,))
-        cdef uint8_t *passed = <uint8_t *> _at(switches, "u1", (count, room))
         cdef attention a
-        cdef _Memory map_ = _Memory(self.table.map), events = _Memory(room * self.table.event)
+        cdef _Memory map_ = _Memory(self.table.map)
+        cdef _Memory events = _Memory(switches.shape[1] * self.table.event)
         cdef capsule_watch *limit = _attend(&a, watch)
         with nogil:
-            self.table.steady_many(rows, records, <double (*)[3]> marks, periods, tolerance, ends, found,
-                                   passed, room, events.at, count, map_.at, limit)
+            self.table.steady_many(rows, records, <double (*)[3]> &strobe[0, 0, 0],
+                                   <int> strobe.shape[1] - 1, tolerance, &stops[0], found,
+                                   &switches[0, 0], switches.shape[1], events.at, count, map_.at, limit)
         _raised(&a)
 
-    def orbit_many(self, parameters, states, period_numbers, stops, orbits, fields=None,
+    def orbit_many(self, const double[:, ::1] parameters, const double[:, ::1] states,
+                   const int32_t[::1] period_numbers, int8_t[::1] stops, orbits, fields=None,
                    bint energies=False, bint forces=False, bint gradients=False, watch=None):
         # Solve for the periodic motions near states (n, 3) at forcing angle 0, in `orbits`.
         #
         # `stops` receives the result of each; rows whose stop is not DONE at the start are skipped. Row
         # i of `fields` receives the fields of its run from angle 0, as many as fit, followed by 0.
         # Other results are computed on request. A motion with more than 256 segments stops at FULL.
-        cdef Py_ssize_t count = len(parameters)
-        cdef size_t kept = 0 if fields is None else fields.shape[1]
-        cdef const double *rows = self._rows(parameters, count)
-        cdef void *begin = _at(states, "f8", (count, 3), True)
-        cdef void *found = _at(orbits, self.records.ORBIT, (count,))
-        cdef const int32_t *numbers = <const int32_t *> _at(period_numbers, "i4", (count,), True)
-        cdef int8_t *ends = <int8_t *> _at(stops, "i1", (count,))
-        cdef void *passed = NULL if fields is None else _at(fields, "u1", (count, kept))
+        cdef Py_ssize_t count = parameters.shape[0]
+        cdef const double *rows = _rows(parameters, "parameters", count, self.table.parameters)
+        cdef const double *begin = _rows(states, "states", count, 3)
+        cdef void *found = _memory(orbits, self.records.ORBIT, count)
+        cdef uint8_t[:, ::1] passed
+        cdef uint8_t *to = NULL
+        cdef size_t kept = 0
+        _need(period_numbers.shape[0] == count, "period_numbers", (count,))
+        _need(stops.shape[0] == count, "stops", (count,))
+        if not count:
+            return
+        if fields is not None:
+            passed = fields
+            kept = passed.shape[1]
+            _need(passed.shape[0] == count and kept > 0, "fields", (count, "1 or more"))
+            to = &passed[0, 0]
         cdef attention a
         cdef int results = energies + 2 * forces + 4 * gradients
         cdef _Memory map_ = self._take("orbit", self.table.map)
         cdef _Memory segments = self._take("segments", MOST_SEGMENTS * self.table.segment)
         cdef capsule_watch *limit = _attend(&a, watch)
         with nogil:
-            self.table.orbit_many(rows, <const double (*)[3]> begin, numbers, ends, found, <uint8_t *> passed,
-                                  kept, results, segments.at, MOST_SEGMENTS, count, map_.at, limit)
+            self.table.orbit_many(rows, <const double (*)[3]> begin, &period_numbers[0], &stops[0],
+                                  found, to, kept, results, segments.at, MOST_SEGMENTS, count, map_.at,
+                                  limit)
         _raised(&a)
         self.kept.orbit, self.kept.segments = map_, segments
 
@@ -435,7 +460,7 @@ cdef class Fields:
         block, more = np.empty(room[1]), np.empty(room[2])
         found = np.zeros(1, self.core.records.SOLUTION)
         cdef double[::1] at = z, numbers = block, workspace = more, moved = values
-        cdef void *solution = _at(found, found.dtype, (1,))
+        cdef void *solution = _memory(found, found.dtype)
         if direction is not None:
             _need(direction.shape[0] == self.table.parameters, "direction", (self.table.parameters,))
             way = &direction[0]
@@ -471,44 +496,48 @@ cdef class Map(Fields):
         # State record of a start, at a time in the excitation period.
         out = np.empty(1, self.core.records.STATE)
         cdef double[4] start = [x_r, v_r, v_c, phase]
-        self.table.state_at(self.map, start, _at(out, out.dtype, (1,)))
+        self.table.state_at(self.map, start, _memory(out, out.dtype))
         return out.reshape(())
 
-    def short_run(self, double x_r, double v_r, double v_c, double phase, int64_t periods, int precision,
-                  bint whole):
+    def end_of_run(self, double x_r, double v_r, double v_c, double phase, int64_t periods, int precision):
         # End of a run, by `run` in pieces of records that are counted and not kept.
         #
         # Returns (x_r, v_r, v_c), x_c, whole periods and angle, and the numbers of segments,
-        # evaluations and segments in 106 bits; None if a switch is undecided. If `whole`, these with the
-        # segments and the states at the ends of periods, whose first row is not written; None for more
-        # segments than one piece as well.
+        # evaluations and segments in 106 bits; None if a switch is undecided.
+        if self.piece is None:
+            self.piece = _Memory(PIECE * self.table.segment)
+        return self._ended(x_r, v_r, v_c, phase, periods, precision, NULL, self.piece.at)
+
+    def short_run(self, double x_r, double v_r, double v_c, double phase, int64_t periods, int precision):
+        # End of a run as by `end_of_run`, its segments, and the states at the ends of periods.
+        #
+        # The first row of the states is not written. None for more segments than one piece as well.
+        segments, strobe = np.empty(PIECE, self.core.records.SEGMENT), np.empty((periods + 1, 3))
+        cdef double[:, ::1] marks = strobe
+        end = self._ended(x_r, v_r, v_c, phase, periods, precision, <double (*)[3]> &marks[0, 0],
+                          _memory(segments, self.core.records.SEGMENT))
+        if end is None:
+            return None
+        segments.resize(end[4], refcheck=False)
+        return end, segments, strobe
+
+    cdef object _ended(self, double x_r, double v_r, double v_c, double phase, int64_t periods,
+                       int precision, double (*strobe)[3], void *segments):
         cdef attention a
         cdef capsule_ended end
-        cdef double[4] start = [x_r, v_r, v_c, phase]
-        cdef void *marks = NULL
-        cdef void *records
+        cdef double start[4]
         cdef int stop
-        if whole:
-            segments, strobe = np.empty(PIECE, self.core.records.SEGMENT), np.empty((periods + 1, 3))
-            marks, records = _at(strobe, "f8", (periods + 1, 3)), _at(segments, segments.dtype, (PIECE,))
-        else:
-            self.piece = self.piece or _Memory(PIECE * self.table.segment)
-            records = self.piece.at
+        start[0], start[1], start[2], start[3] = x_r, v_r, v_c, phase
         cdef capsule_watch *limit = _attend(&a, None)
         with nogil:
-            stop = self.table.end_of_run(self.map, start, periods, precision, <double (*)[3]> marks, records,
-                                         PIECE, &end, limit)
+            stop = self.table.end_of_run(self.map, start, periods, precision, strobe, segments, PIECE, &end, limit)
         _raised(&a)
         if stop == _REFUSED:
             raise ValueError(f"no run from {(x_r, v_r, v_c)} at {phase}")
         if stop != _DONE:
             return None
-        found = ((end.state[0], end.state[1], end.state[2]), end.position, end.period, end.angle,
-                 end.segments, end.evaluations, end.wide)
-        if not whole:
-            return found
-        segments.resize(end.segments, refcheck=False)
-        return found, segments, strobe
+        return ((end.state[0], end.state[1], end.state[2]), end.position, end.period, end.angle,
+                end.segments, end.evaluations, end.wide)
 
     def run(self, state, int64_t periods, segments=None, strobe=None, bint position=False,
             watch=None, int precision=0):
@@ -520,50 +549,59 @@ cdef class Map(Fields):
         # motion that rests forever the last ones are written. Returns the reason to stop, the number
         # of segments written, and the outcome that is undecided. `precision` is one of
         # `interface.Precision`.
-        cdef void *at = _at(state.reshape(1), self.core.records.STATE, (1,))
-        cdef size_t written = 0, room = 0 if segments is None else len(segments)
-        cdef int64_t rows = 0 if strobe is None else len(strobe)
+        cdef void *at = _memory(state.reshape(1), self.core.records.STATE)
+        cdef void *to = NULL
+        cdef double[:, ::1] marks
+        cdef double (*rows)[3]
+        rows = NULL
+        cdef int64_t reused = 0
+        cdef size_t written = 0, room = 0
         cdef int stop, open_ = 0
-        if strobe is not None and rows <= periods and rows < _ROWS:
-            raise ValueError(f"strobe must have shape (periods + 1, 3), or {_ROWS} rows")
-        if segments is not None and not room:
-            raise TypeError("segments must not be empty")
-        cdef void *marks = NULL if strobe is None else _at(strobe, "f8", (rows, 3))
-        cdef void *to = NULL if segments is None else _at(segments, self.core.records.SEGMENT, (room,))
+        if strobe is not None:
+            marks = strobe
+            if (marks.shape[0] <= periods and marks.shape[0] < _ROWS) or marks.shape[1] != 3:
+                raise ValueError(f"strobe must have shape (periods + 1, 3), or {_ROWS} rows")
+            reused = marks.shape[0] if marks.shape[0] <= periods else 0
+            rows = <double (*)[3]> &marks[0, 0]
+        if segments is not None:
+            room = len(segments)
+            if not room:
+                raise TypeError("segments must not be empty")
+            to = _memory(segments, self.core.records.SEGMENT)
         cdef attention a
         cdef capsule_watch *limit = _attend(&a, watch)
         with nogil:
-            stop = self.table.run(self.map, at, periods, <double (*)[3]> marks,
-                                  rows if rows <= periods else 0, to, room, position, precision,
+            stop = self.table.run(self.map, at, periods, rows, reused, to, room, position, precision,
                                   &written, &open_, limit)
         _raised(&a)
         if stop == _REFUSED:
             raise ValueError(f"no run from {state}")
         return stop, written, OUTCOMES[open_]
 
-    def evaluate(self, segments, times, states, bint more=False):
+    def evaluate(self, segments, const double[::1] times, double[:, ::1] states, bint more=False):
         # Write the states (x_r, v_r, v_c, x_c) at absolute times, shape (n, 4).
         #
         # `segments` are records of SEGMENT in their order; times that ascend, except for steps back
         # over few segments, take least. Before the first segment and after the last the state is that
         # of its start or end; with `more` to follow, it ends at the first time after the last one's
         # end. Returns the number of states.
-        cdef size_t done, n = len(times), count = len(segments)
-        cdef void *records = _at(segments, self.core.records.SEGMENT, (count,), True)
-        cdef const double *when = <const double *> _at(times, "f8", (n,), True)
-        cdef void *to = _at(states, "f8", (n, 4))
+        cdef size_t done, n = times.shape[0], count = len(segments)
+        cdef void *records = _memory(segments, self.core.records.SEGMENT, -1, True)
+        _need(<size_t> states.shape[0] == n and states.shape[1] == 4, "states", (n, 4))
         if not n or not count:
             return 0
         cdef attention a
         cdef capsule_watch *limit = _attend(&a, None)
         with nogil:
-            done = self.table.evaluate(self.map, records, count, more, when, n, <double (*)[4]> to, limit)
+            done = self.table.evaluate(self.map, records, count, more, &times[0], n,
+                                       <double (*)[4]> &states[0, 0], limit)
         _raised(&a)
         if done < n and not more:
             raise ValueError("a field that there is not")
         return done
 
-    def differentiate(self, segments, times, switches, slopes, watch=None):
+    def differentiate(self, segments, const double[::1] times, double[:, ::1] switches,
+                      double[:, :, ::1] slopes, watch=None):
         # Write the derivatives of switching times (n, 11), and of (x_r, v_r, v_c, x_c) at times.
         #
         # Returns the number of segments passed, less than n + 1 if the watch ends it.
@@ -571,12 +609,16 @@ cdef class Map(Fields):
         # `segments` are all records of a run, n + 1 of them; `times` ascend, and `slopes` has the shape
         # (times, 4, 12). The columns are the start's x_r, v_r, v_c and phase, the parameters, and of
         # `slopes` the rate of change.
-        cdef size_t done, n = len(times), count = len(segments)
-        cdef void *records = _at(segments, self.core.records.SEGMENT, (count,), True)
-        cdef const double *when = <const double *> _at(times, "f8", (n,), True)
-        cdef double *ends = <double *> _at(switches, "f8", (count - 1, self.table.slopes))
-        cdef double *rows = <double *> _at(slopes, "f8", (n, 4, self.table.columns))
+        cdef size_t done, n = times.shape[0], count = len(segments)
+        cdef void *records = _memory(segments, self.core.records.SEGMENT, -1, True)
+        _need(switches.shape[0] + 1 == <Py_ssize_t> count and switches.shape[1] == self.table.slopes,
+              "switches", (<Py_ssize_t> count - 1, self.table.slopes))
+        _need(<size_t> slopes.shape[0] == n and slopes.shape[1] == 4 and
+              slopes.shape[2] == self.table.columns, "slopes", (n, 4, self.table.columns))
         cdef attention a
+        cdef double *ends = &switches[0, 0] if count > 1 else NULL
+        cdef double *rows = &slopes[0, 0, 0] if n else NULL
+        cdef const double *when = &times[0] if n else NULL
         cdef capsule_watch *limit = _attend(&a, watch)
         with nogil:
             done = self.table.differentiate(self.map, records, count, ends, when, n, rows, limit)

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "batch.h"
-#include "expansion.h"
+#include "number.h"
 
 #ifndef CAPSULE_ANY_WIDTH
 #define CAPSULE_ANY_WIDTH 0 /* tests of more lanes than the processor has instructions for */
@@ -29,10 +29,6 @@ enum { CLEAR_QUEUE = CAPSULE_FLOW_COUNT * CAPSULE_LEVELS }; /* the first of thos
 /* Work of a step of all lanes, and of the tables of new flows, in expansions. */
 enum { STEP = 4, TABLES = 128 };
 
-typedef char lane_fits[sizeof(lane) <= CAPSULE_RUN_NUMBERS * sizeof(double) ? 1 : -1];
-
-static lane *lane_of(capsule_workspace *workspace, int slot) { return (lane *)workspace->run[slot].number; }
-
 static void enqueue(capsule_workspace *workspace, int slot, int level)
 {
     const int flow = FLOW_OF[workspace->run[slot].field - 1];
@@ -50,7 +46,7 @@ static void schedule(capsule_workspace *workspace, int slot, int field, int key)
                                     : 0;
     workspace->run[slot].field = field;
     workspace->run[slot].key = key;
-    lane_of(workspace, slot)->lasted = guess;
+    workspace->run[slot].number[LASTED] = guess;
     enqueue(workspace, slot, level);
 }
 
@@ -69,23 +65,22 @@ static int touches(const capsule_state *s) { return s->gap == 0.0; }
 #endif
 
 /* State at which a segment of a field began. */
-static capsule_state state_of(const lane *began, int field, int64_t period)
+static capsule_state state_of(const double *began, int field, int64_t period)
 {
-    const point *const at = &began->at;
-    const int way = (int)began->way, zeros = (int)at->second_zeros;
+    const int way = (int)began[WAY], zeros = (int)began[SECOND_ZEROS];
     capsule_state state = {
-        .x_r = at->x_r, .gap = at->gap, .v_r = at->v_r, .v_c = at->v_c, .angle = at->angle,
-        .angle_rest = at->angle_rest, .position = at->position, .period = period,
-        .bound = way == 0 ? zeros : zeros == 2 ? way : 0, .field = field};
+        .x_r = began[X_R], .gap = began[FAR], .v_r = began[V_R], .v_c = began[V_C],
+        .angle = began[ANGLE], .angle_rest = began[ANGLE_REST], .position = began[POSITION],
+        .period = period, .bound = way == 0 ? zeros : zeros == 2 ? way : 0, .field = field};
 #if TWO_STOPS
-    set_gaps(&state, field, at->gap, at->other);
+    set_gaps(&state, field, began[FAR], began[OTHER]);
 #endif
     return state;
 }
 
 static capsule_state start_of(const capsule_workspace *workspace, int slot)
 {
-    return state_of((const lane *)workspace->run[slot].begun, workspace->run[slot].field, workspace->run[slot].begun_period);
+    return state_of(workspace->run[slot].begun, workspace->run[slot].field, workspace->run[slot].begun_period);
 }
 
 typedef struct {
@@ -106,23 +101,31 @@ static void finish_run(batch_progress *w, int slot, capsule_stop stop, const cap
     workspace->idle[workspace->idle_count++] = (int16_t)slot;
 }
 
-/* Request of the row's run alone: up to its next switch, if there is an event to receive it. */
-static capsule_request request_of(const batch_progress *w, size_t row, capsule_event *event)
+/* Request of the row's run alone. */
+static capsule_request request_of(const batch_progress *w, size_t row)
 {
     const capsule_batch *batch = w->batch;
     return (capsule_request){
         .strobe = batch->strobe ? batch->strobe + row * (size_t)(w->periods + 1) : NULL,
-        .events = event,
-        .room = 1,
         .position = batch->position,
-        .watch = batch->watch};
+        .watch = batch->watch,
+        .precision = batch->precision};
+}
+
+/* Request of a run alone up to its next switch. */
+static capsule_request request_of_one(const batch_progress *w, size_t row, capsule_event *event)
+{
+    capsule_request request = request_of(w, row);
+    request.events = event;
+    request.room = 1;
+    return request;
 }
 
 /* Runs the next row by the scalar code. */
 static void run_scalar(batch_progress *w)
 {
     capsule_event *first = w->batch->first ? &w->batch->first[w->next] : NULL;
-    const capsule_request request = request_of(w, w->next, first);
+    const capsule_request request = first ? request_of_one(w, w->next, first) : request_of(w, w->next);
     capsule_outcome open;
     size_t written;
     capsule_map_remake(&w->batch->parameters[w->next], &w->workspace->map);
@@ -151,7 +154,7 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
         if (help || workspace->map.may_rest) {
             capsule_event event;
             const int whole = workspace->map.may_rest && !batch->first;
-            const capsule_request request = request_of(w, row, whole ? NULL : &event);
+            const capsule_request request = whole ? request_of(w, row) : request_of_one(w, row, &event);
             stop = capsule_run(&workspace->map, &state, w->periods, &request, &written, &open);
             if (batch->first && written) {
                 batch->first[row] = event;
@@ -180,27 +183,29 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
 #else
         const double own = state.gap;
 #endif
-#define OF_RUN(name) .name = c->name,
-        lane run = {.at = {.x_r = state.x_r, .gap = own, .v_r = state.v_r, .v_c = state.v_c, .angle = state.angle,
-                           .angle_rest = state.angle_rest, .position = state.position,
-                           /* A touch, where v_r is 0 too, proves nothing: its first coefficient is 0. */
-                           .gap_zeros = touches(&state),
-                           .second_zeros = way == 0.0         ? at_bound
-                                           : state.v_c == 0.0 ? 1.0 + (at_bound == way)
-                                                              : 0.0},
-                    .way = way, CAPSULE_RUN_PARAMETERS(OF_RUN)};
-#undef OF_RUN
-        phase_terms(state.angle, state.angle_rest, &run.at.sine, &run.at.cosine);
-        run.at.margin = state.bound ? friction_at(c, at_bound) - c->friction
-                                    : margin_at(c, state.x_r, own, state.v_r, run.at.cosine);
-#if CAPSULE_PULSED
-        run.high = c->high;
-#endif
+        double cosine, sine;
+        phase_terms(state.angle, state.angle_rest, &sine, &cosine);
+        const double slips = state.v_c == 0.0 ? 1.0 + (at_bound == way) : 0.0;
+#define OF_RUN(name) [RUN_##name] = c->name,
+        const double numbers[CAPSULE_RUN_NUMBERS] = {
 #if TWO_STOPS
-        run.at.other = behind ? state.gap : state.back;
+            [OTHER] = behind ? state.gap : state.back,
 #endif
-        memcpy(workspace->run[slot].number, &run, sizeof run);
-        memcpy(workspace->run[slot].begun, &run, sizeof run);
+            [X_R] = state.x_r, [FAR] = own, [V_R] = state.v_r, [V_C] = state.v_c,
+            [MARGIN] = state.bound ? friction_at(c, at_bound) - c->friction
+                                   : margin_at(c, state.x_r, own, state.v_r, cosine),
+#if CAPSULE_PULSED
+            [HIGH] = c->high,
+#else
+            [COSINE] = cosine, [SINE] = sine,
+#endif
+            [ANGLE] = state.angle, [ANGLE_REST] = state.angle_rest, [POSITION] = state.position, [WAY] = way,
+            /* A touch, where v_r is 0 too, proves nothing: its first coefficient is 0. */
+            [GAP_ZEROS] = touches(&state), [SECOND_ZEROS] = way != 0.0 ? slips : at_bound,
+            CAPSULE_RUN_PARAMETERS(OF_RUN)};
+#undef OF_RUN
+        memcpy(workspace->run[slot].number, numbers, sizeof numbers);
+        memcpy(workspace->run[slot].begun, numbers, sizeof numbers);
         workspace->run[slot].period = workspace->run[slot].begun_period = state.period;
         workspace->run[slot].expansions = 0;
         schedule(workspace, slot, field, touches(&state));
@@ -209,10 +214,10 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
 }
 
 /* The field beyond a lane's switch. */
-static int field_beyond(const lane *run, const capsule_outcomes *out, int l)
+static int field_beyond(const double *number, const capsule_outcomes *out, int l)
 {
 #if CAPSULE_PULSED
-    const int level = run->high == 0.0;
+    const int level = number[HIGH] == 0.0;
 #else
     const int level = 0;
 #endif
@@ -220,21 +225,21 @@ static int field_beyond(const lane *run, const capsule_outcomes *out, int l)
 #if TWO_STOPS
     contact += out->behind >> l & 1;
 #endif
-    return FIELD_OF[level][contact][(int)run->way + 1];
+    return FIELD_OF[level][contact][(int)number[WAY] + 1];
 }
 
 /* Writes the switch of a lane's run from one field to another, if requested. */
 static int write_first(batch_progress *w, int slot, int left, int field, int edge)
 {
     const capsule_workspace *workspace = w->workspace;
-    const point *const at = &lane_of(w->workspace, slot)->at;
+    const double *number = workspace->run[slot].number, v_r = number[V_R], v_c = number[V_C];
     if (!w->batch->first)
         return 0;
     w->batch->first[workspace->run[slot].row] = (capsule_event){
-        .period = workspace->run[slot].period, .angle = at->angle, .field = left,
-        .plane = edge             ? EDGE_PLANE[LEVEL_OF[field - 1]]
-                 : at->v_c == 0.0 ? field
-                                  : impact_plane(left, field, at->v_c, at->v_r)};
+        .period = workspace->run[slot].period, .angle = number[ANGLE], .field = left,
+        .plane = edge         ? EDGE_PLANE[LEVEL_OF[field - 1]]
+                 : v_c == 0.0 ? field
+                              : impact_plane(left, field, v_c, v_r)};
     return 1;
 }
 
@@ -242,7 +247,7 @@ static int write_first(batch_progress *w, int slot, int left, int field, int edg
 static void finish_step(batch_progress *w, int slot, int level, const capsule_outcomes *out, int l)
 {
     capsule_workspace *workspace = w->workspace;
-    const lane *const run = lane_of(workspace, slot);
+    double *number = workspace->run[slot].number;
     int field = workspace->run[slot].field, key = workspace->run[slot].key;
     double *guess = &workspace->run[slot].guess[field - 1][key];
     const int crosses = out->crossing >> l & 1, open = out->open >> l & 1;
@@ -275,7 +280,7 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
                                   .v_c = end[3], .position = end[4], .period = period,
                                   .field = crosses ? 0 : field};
             if (edge) {
-                last.plane = EDGE_PLANE[0], last.field = field_beyond(run, out, l);
+                last.plane = EDGE_PLANE[0], last.field = field_beyond(number, out, l);
                 write_first(w, slot, field, last.field, edge);
             }
 #if TWO_STOPS
@@ -287,15 +292,15 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
     }
     if (crosses) {
         const int left = field;
-        *guess = run->lasted;
-        key = run->at.gap_zeros > 0.0;
-        field = field_beyond(run, out, l);
+        *guess = number[LASTED];
+        key = number[GAP_ZEROS] > 0.0;
+        field = field_beyond(number, out, l);
         if (write_first(w, slot, left, field, edge)) {
-            const capsule_state start = state_of(run, field, workspace->run[slot].period);
+            const capsule_state start = state_of(number, field, workspace->run[slot].period);
             finish_run(w, slot, CAPSULE_FULL, &start);
             return;
         }
-        memcpy(workspace->run[slot].begun, run, sizeof *run);
+        memcpy(workspace->run[slot].begun, number, sizeof workspace->run[slot].begun);
         workspace->run[slot].begun_period = workspace->run[slot].period;
         workspace->run[slot].expansions = 0;
     } else if (expansions == MOST_IN_LANES) {
@@ -358,13 +363,18 @@ static void run_queues(batch_progress *w, size_t end)
     }
 }
 
+int capsule_widest(void)
+{
+    return CAPSULE_ANY_WIDTH && capsule_lanes() > 1 ? 8 : capsule_lanes();
+}
+
 capsule_stop capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods,
                               capsule_workspace *workspace)
 {
     if (!batch || !workspace || !batch->stride || periods < 0 || periods > CAPSULE_PERIODS ||
         (count && (!batch->parameters || !batch->states || !batch->stops)))
         return CAPSULE_REFUSED;
-    const int widest = CAPSULE_ANY_WIDTH && capsule_lanes() > 1 ? 8 : capsule_lanes(), asked = batch->lanes;
+    const int widest = capsule_widest(), asked = batch->lanes;
     batch_progress w = {workspace, batch, periods, NULL, capsule_lanes(), 0, 0};
     if (asked == 1 || asked == 4 || asked == 8)
         w.lanes = asked < widest ? asked : widest;

@@ -1,8 +1,28 @@
-/* The step of all lanes. */
+/* Numbers of the runs of a batch, and the step of all lanes. */
 #ifndef CAPSULE_BATCH_H
 #define CAPSULE_BATCH_H
 
 #include "internal.h"
+
+/* Numbers of a run: the instant of its next expansion, and the facts known at its start. */
+enum {
+    X_R, FAR, V_R, V_C, MARGIN, ANGLE, ANGLE_REST,
+#if CAPSULE_PULSED
+    HIGH,         /* 1 if the drive is at its high level */
+#else
+    COSINE, SINE,
+#endif
+    WAY,          /* of the drift: 1, -1, or 0 at rest */
+    GAP_ZEROS,    /* derivatives that vanish at the start, of the gap */
+    SECOND_ZEROS, /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
+    ENERGY_ERROR, V_C_ERROR, ANGLE_ERROR, POSITION,
+    LASTED,       /* duration of the last similar segment, over its reach; after a step, of this one */
+#define OF_RUN_AT(name) RUN_##name,
+#if TWO_STOPS
+    OTHER, /* the gap of the other stop */
+#endif
+    CAPSULE_RUN_PARAMETERS(OF_RUN_AT) /* fixed; in all at most CAPSULE_RUN_NUMBERS */
+};
 
 /* Outcome of the lanes of a step: a bit for each lane. */
 typedef struct {
@@ -19,7 +39,7 @@ typedef struct {
 } capsule_outcomes;
 
 /* Takes one expansion's step of as many runs as there are lanes, all in the same linear flow,
-   on an expansion of this level; each run is a `lane` of expansion.h, over doubles. */
+   on an expansion of this level. */
 typedef void capsule_lane_step(const capsule_constants *c, const capsule_table *t, int level,
                           int position, int ends, double *const *runs, capsule_outcomes *out);
 

@@ -130,6 +130,9 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
    results differ between these numbers. */
 int capsule_lanes(void);
 
+/* Most runs side by side that may be requested: a larger number only in builds for tests of all widths. */
+int capsule_widest(void);
+
 /* Continues from `state` to the end of excitation period `periods` (forcing angle 0), and writes the final
    state to `state`, rounded to double precision. The extra digits of a switch decided in 106 bits are kept
    within a call only: a run that pauses resumes from a rounded start, as a run in double precision does
@@ -148,13 +151,14 @@ typedef struct {
     int position;                         /* 1 to integrate x_c */
     capsule_watch *watch;                 /* or null; runs that it stops can be resumed */
     int lanes;                            /* 8, 4 or 1; 0 for as many as the processor has */
+    int precision;                        /* a capsule_precision, for runs outside the lanes */
     capsule_event *first; /* or null: receives each run's first switch, at which the run pauses with
                              CAPSULE_FULL; `plane` of its state is 0 if lanes found it */
 } capsule_batch;
 
 #define CAPSULE_BATCH_SIZE 128  /* active runs */
 #define CAPSULE_RUN_NUMBERS                                                                        \
-    ((16 + CAPSULE_STOP_COUNT + CAPSULE_PULSED + CAPSULE_RUN_PARAMETER_COUNT + 3) / 4 * 4)
+    ((16 + CAPSULE_STOP_COUNT - CAPSULE_PULSED + CAPSULE_RUN_PARAMETER_COUNT + 3) / 4 * 4)
 
 /* Workspace of `capsule_run_many`, some 100 kB: zero before the first call; the tables of the last
    flows are kept for the next. */

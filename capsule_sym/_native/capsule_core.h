@@ -48,6 +48,7 @@ typedef struct {
     const size_t *layouts[8];
 
     int (*lanes)(void);
+    int (*widest)(void);
     /* A map: from nothing, from one made before or zeroed memory, or its constants alone. */
     void (*make)(const double *parameters, void *map, char how); /* 'm', 'r' or 'c' */
 
@@ -89,7 +90,7 @@ typedef struct {
     void (*start_many)(const double *parameters, const double (*starts)[3], const double *phases,
                        void *states, size_t count, void *map, capsule_watch *watch);
     void (*run_many)(const double *parameters, void *states, int8_t *stops, double (*strobe)[3],
-                     void *first, size_t stride, int position, int lanes, size_t count,
+                     void *first, size_t stride, int position, int lanes, int precision, size_t count,
                      int64_t periods, void *workspace, capsule_watch *watch);
     void (*steady_many)(const double *parameters, const void *states, double (*strobe)[3],
                         int periods, double tolerance, int8_t *stops, void *motions,

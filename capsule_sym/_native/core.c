@@ -175,11 +175,11 @@ static void start_many(const double *parameters, const double (*starts)[3], cons
 }
 
 static void run_many(const double *parameters, void *states, int8_t *stops, double (*strobe)[3],
-                     void *first, size_t stride, int position, int lanes, size_t count,
+                     void *first, size_t stride, int position, int lanes, int precision, size_t count,
                      int64_t periods, void *workspace, capsule_watch *watch)
 {
     const capsule_batch batch = {stride, NUMBERS(parameters), states, stops, strobe, position,
-                                 watch, lanes, first};
+                                 watch, lanes, precision, first};
     capsule_run_many(&batch, count, periods, workspace);
 }
 
@@ -238,7 +238,7 @@ const capsule_core_table *capsule_core(void)
         CONSTANTS(COUNTED),
         sizeof(capsule_map), sizeof(capsule_workspace), sizeof(capsule_segment), sizeof(capsule_event),
         {PARAMETERS, STATE, SEGMENT, EVENT, MOTION, ORBIT, SOLUTION, FLOW},
-        capsule_lanes, make, constants_of, closed_form, extrema, rooms,
+        capsule_lanes, capsule_widest, make, constants_of, closed_form, extrema, rooms,
         evaluate_itinerary, solve_itinerary, state_at, end_of_run, run, evaluate, differentiate,
         start_many, run_many, steady_many, orbit_many,
     };

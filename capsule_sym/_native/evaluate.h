@@ -81,14 +81,28 @@ static int begun(const period_parts *c, const capsule_segment *s, double time)
     return since(c, s->start_period, s->start_angle, time) >= 0.0;
 }
 
-/* Last segment that has begun, from `at` on or just before it. */
+/* Last segment that has begun, by a search from `at` in growing steps ahead, or just before it. */
 static size_t segment_of_time(const period_parts *c, const capsule_segment *segments, size_t count,
                               size_t at, double time)
 {
+    size_t step = 1, high = count;
     while (at > 0 && !begun(c, &segments[at], time))
         at--;
-    while (at + 1 < count && begun(c, &segments[at + 1], time))
-        at++;
+    while (count - at > step) {
+        if (!begun(c, &segments[at + step], time)) {
+            high = at + step;
+            break;
+        }
+        at += step;
+        step *= 2;
+    }
+    while (high - at > 1) {
+        const size_t middle = at + (high - at) / 2;
+        if (begun(c, &segments[middle], time))
+            at = middle;
+        else
+            high = middle;
+    }
     return at;
 }
 

@@ -24,19 +24,6 @@ typedef struct {
 #endif
 } point;
 
-#ifndef WIDE
-/* A run among others: the instant of its next expansion, and what does not change with it. */
-typedef struct {
-    point at;
-    bound way;    /* of the drift: 1, -1, or 0 at rest */
-    bound lasted; /* duration of the last similar segment, over its reach; after a step, of this one */
-#if CAPSULE_PULSED
-    bound high; /* 1 if the drive is at its high level */
-#endif
-    CAPSULE_RUN_PARAMETERS(BOUND_MEMBER)
-} lane;
-#endif
-
 #define RESPONSES CAPSULE_RESPONSE_COUNT
 
 typedef struct {

@@ -21,20 +21,19 @@
    and v_r. If the drive reacts, v_c contains v_r alone, by momentum. */
 #define BEHIND(drift) (CAPSULE_REACTION ? 0 : (drift))
 
+/* A state in 106 bits, if these decided the switch that led to it. */
+typedef struct {
+    double x_r[2], gap[2], v_r[2], v_c[2], angle[2];
+#if TWO_STOPS
+    double back[2];
+#endif
+    int known;
+} capsule_exact;
+
 /* A double-double, and the tables for them: a run makes one when 106 bits first need its flow. */
 typedef struct {
     double hi, lo;
 } capsule_wide_number;
-
-/* A state with its exactly known facts, as in capsule_state; `back` is the gap to the stop behind, if there is
-   one. */
-#define CAPSULE_KNOWN_OF(number)                                                                   \
-    struct {                                                                                       \
-        number x_r, gap, v_r, v_c, angle, back;                                                    \
-        double angle_rest;                                                                         \
-        int bound_at;                                                                              \
-    }
-typedef CAPSULE_KNOWN_OF(capsule_wide_number) capsule_exact;
 #define CAPSULE_WIDE_TERMS 28
 typedef CAPSULE_TABLE_OF(capsule_wide_number, CAPSULE_WIDE_TERMS, CAPSULE_WIDE_TERMS + 1, 1)
     capsule_wide_table;
@@ -56,8 +55,7 @@ typedef struct {
     int64_t periods;
     int position;
     double guess[CAPSULE_FIELD_COUNT + 1][CAPSULE_PLANE_COUNT + 1]; /* last end of a segment of this field from this plane */
-    capsule_exact exact; /* the present state in 106 bits, if these decided the switch that led to it */
-    int exact_known;
+    capsule_exact exact;
     double angle, cosine, sine; /* of the last switch */
     capsule_wide_table *wide;   /* by contact and drift */
     int wide_made[CAPSULE_FLOW_COUNT];

@@ -91,37 +91,56 @@ inlined void lanes_step(const capsule_constants *k, const table *t, int level, i
                         int position, int ends, double *const *runs, capsule_outcomes *out)
 {
     bound v[CAPSULE_RUN_NUMBERS];
-    lane *const run = (lane *)v;
     load(runs, v);
+    const bound way = v[WAY];
 #define OF_FLOW(name) .name = all(k->name),
-#define OF_RUN(name) .name = run->name,
+#define OF_RUN(name) .name = v[RUN_##name],
     segment c = {CAPSULE_FLOW_PARAMETERS(OF_FLOW) CAPSULE_RUN_PARAMETERS(OF_RUN)
 #if CAPSULE_PULSED
-                 .high = run->high,
+                 .high = v[HIGH],
 #endif
-                 .contact = all(k->contact), .drift = run->way, .m = all(k->m), .kappa = all(k->kappa),
+                 .contact = all(k->contact), .drift = way, .m = all(k->m), .kappa = all(k->kappa),
                  .sigma = all(k->sigma), .K = all(k->K)};
 #if TWO_STOPS
     c.CAPSULE_OWN_STOP = t->contact == 2 ? -c.CAPSULE_BACK_GAP : c.CAPSULE_FRONT_GAP;
 #endif
-    c.push = push_at(&c, run->way), c.friction = friction_at(&c, run->way);
+    c.push = push_at(&c, way), c.friction = friction_at(&c, way);
+    const point s = {.x_r = v[X_R], .gap = v[FAR], .v_r = v[V_R], .v_c = v[V_C], .margin = v[MARGIN],
+#if !CAPSULE_PULSED
+                     .cosine = v[COSINE], .sine = v[SINE],
+#endif
+#if TWO_STOPS
+                     .other = v[OTHER],
+#endif
+                     .angle = v[ANGLE], .angle_rest = v[ANGLE_REST], .position = v[POSITION],
+                     .gap_zeros = v[GAP_ZEROS], .second_zeros = v[SECOND_ZEROS],
+                     .energy_error = v[ENERGY_ERROR], .v_c_error = v[V_C_ERROR],
+                     .angle_error = v[ANGLE_ERROR]};
     point to;
     outcome o;
-    step(&c, &c, t, level, drift, position, ends, run->way, run->lasted, &run->at, &to, &o);
+    step(&c, &c, t, level, drift, position, ends, way, v[LASTED], &s, &to, &o);
     out->open = bits_of(o.open);
     out->undetermined = bits_of(o.undetermined);
     out->crossing = bits_of(o.crossing);
     out->passed = bits_of(o.passed);
     out->contact = bits_of(t->contact ? not(o.at_gap) : o.at_gap);
     out->edge = bits_of(o.edge);
+    const int done = ~(out->open | out->undetermined);
+    v[X_R] = to.x_r, v[FAR] = to.gap, v[V_R] = to.v_r, v[V_C] = to.v_c, v[MARGIN] = to.margin;
+    v[ANGLE] = to.angle, v[ANGLE_REST] = to.angle_rest;
+#if CAPSULE_PULSED
+    v[HIGH] = pick(o.edge, 1.0 - v[HIGH], v[HIGH]);
+#else
+    v[COSINE] = to.cosine, v[SINE] = to.sine;
+#endif
+    v[WAY] = o.way, v[GAP_ZEROS] = to.gap_zeros, v[SECOND_ZEROS] = to.second_zeros;
+    v[ENERGY_ERROR] = to.energy_error, v[V_C_ERROR] = to.v_c_error;
+    v[ANGLE_ERROR] = to.angle_error, v[POSITION] = to.position, v[LASTED] = o.h * t->per_reach;
 #if TWO_STOPS
     out->behind = bits_of(t->contact == 2 ? not(o.at_gap) : o.at_back);
+    v[OTHER] = to.other;
 #endif
-    run->at = to, run->way = o.way, run->lasted = o.h * t->per_reach;
-#if CAPSULE_PULSED
-    run->high = pick(o.edge, 1.0 - run->high, run->high);
-#endif
-    store(v, ~(out->open | out->undetermined), runs);
+    store(v, done, runs);
     if (ends && out->passed)
         for (int l = 0; l < WIDTH; l++) {
             double *end = out->end[l];

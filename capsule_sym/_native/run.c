@@ -106,7 +106,7 @@ void capsule_rest(capsule_context *context, double x_r, double v_r, double angle
     state->bound = state->plane = 0;
     state->field = field;
     p->outcome = forever ? CAPSULE_NEVER : CAPSULE_END;
-    context->exact_known = 0;
+    context->exact.known = 0;
 }
 #endif
 
@@ -117,11 +117,6 @@ const capsule_code *capsule_code_here(int wide)
         return wide ? &capsule_code_wide_fused : &capsule_code_fused;
 #endif
     return wide ? &capsule_code_wide : &capsule_code_plain;
-}
-
-static int decided(capsule_outcome outcome)
-{
-    return outcome == CAPSULE_REGULAR || outcome == CAPSULE_END || outcome == CAPSULE_NEVER;
 }
 
 capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
@@ -153,15 +148,18 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
         int wide = request->precision == CAPSULE_DOUBLE_DOUBLE;
         if (!wide)
             code->run_segment(&context, state, &p);
-        if (wide || (!decided(p.outcome) && !p.stopped && !p.gave_up &&
-                     request->precision != CAPSULE_DOUBLE)) {
+        const int undecided = wide || (p.outcome != CAPSULE_REGULAR && p.outcome != CAPSULE_END &&
+                                       p.outcome != CAPSULE_NEVER);
+        if (undecided && !(!wide && (p.stopped || p.gave_up)) &&
+            request->precision != CAPSULE_DOUBLE) {
             wide = 1;
             *state = before;
             wide_code->run_segment(&context, state, &p);
         }
         if (p.stopped)
             return CAPSULE_STOPPED;
-        if (!decided(p.outcome)) {
+        if (p.outcome != CAPSULE_REGULAR && p.outcome != CAPSULE_END &&
+            p.outcome != CAPSULE_NEVER) {
             *open = p.outcome;
             *state = before;
             return CAPSULE_OPEN;

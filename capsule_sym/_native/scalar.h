@@ -10,9 +10,17 @@
 /* A segment that takes more is undecided: another method reaches further there. */
 #define MOST_EXPANSIONS 8192
 
-#ifdef WIDE
-typedef capsule_exact known;
+/* A state with its exactly known facts, as in capsule_state. */
+typedef struct {
+    real x_r, gap, v_r, v_c, angle;
+    double angle_rest;
+    int bound_at;
+#if TWO_STOPS
+    real back; /* `gap` is to the stop in front, this to the stop behind */
+#endif
+} known;
 
+#ifdef WIDE
 static const segment *segment_of(const capsule_map *map, int field, segment *room)
 {
     const capsule_parameters *p = &map->parameters;
@@ -22,22 +30,26 @@ static const segment *segment_of(const capsule_map *map, int field, segment *roo
     return room;
 }
 
-/* A state from `exact`, which may be null, or from doubles: near the impact surface the gap is the known
-   quantity, elsewhere the position. */
+/* Near the impact surface the gap is the known quantity, elsewhere the position. */
 static known known_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
 {
     const real front = num(map->parameters.CAPSULE_FRONT_GAP);
-    if (exact) {
-        known p = *exact;
-        p.angle_rest = 0.0, p.bound_at = s->bound;
-        return p;
-    }
+#if TWO_STOPS
+    const real behind = num(map->parameters.CAPSULE_BACK_GAP);
+#endif
+    if (exact->known)
+        return (known){{exact->x_r[0], exact->x_r[1]}, {exact->gap[0], exact->gap[1]},
+                       {exact->v_r[0], exact->v_r[1]}, {exact->v_c[0], exact->v_c[1]},
+                       {exact->angle[0], exact->angle[1]}, 0.0, s->bound
+#if TWO_STOPS
+                       , {exact->back[0], exact->back[1]}
+#endif
+        };
     const int far = 2.0 * fabs(s->gap) > front.hi;
     known p = {num(s->x_r), num(s->gap), num(s->v_r), num(s->v_c),
                whole_sum(s->angle, s->angle_rest), .bound_at = s->bound};
     p.x_r = far ? p.x_r : add(front, p.gap);
 #if TWO_STOPS
-    const real behind = num(map->parameters.CAPSULE_BACK_GAP);
     const int far_behind = !far || 2.0 * fabs(s->back) > behind.hi;
     p.x_r = far_behind ? p.x_r : sub(num(s->back), behind);
     p.back = far_behind ? add(p.x_r, behind) : num(s->back);
@@ -46,8 +58,6 @@ static known known_of(const capsule_map *map, const capsule_state *s, const caps
     return p;
 }
 #else
-typedef CAPSULE_KNOWN_OF(double) known;
-
 static const segment *segment_of(const capsule_map *map, int field, segment *room)
 {
     (void)room;
@@ -57,11 +67,11 @@ static const segment *segment_of(const capsule_map *map, int field, segment *roo
 static known known_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
 {
     (void)map, (void)exact;
-    return (known){.x_r = s->x_r, .gap = s->gap, .v_r = s->v_r, .v_c = s->v_c, .angle = s->angle,
+    return (known){s->x_r, s->gap, s->v_r, s->v_c, s->angle, s->angle_rest, s->bound
 #if TWO_STOPS
-                   .back = s->back,
+                   , s->back
 #endif
-                   .angle_rest = s->angle_rest, .bound_at = s->bound};
+    };
 }
 #endif
 
@@ -351,7 +361,8 @@ static void refine_edge(const segment *c, const capsule_constants *k, const poin
 
 static int field_at(const capsule_map *map, const capsule_state *state)
 {
-    const known p = known_of(map, state, NULL);
+    const capsule_exact unknown = {.known = 0};
+    const known p = known_of(map, state, &unknown);
     return successor_of(map, &p, level_at(map, &p));
 }
 
@@ -382,7 +393,7 @@ static void end_run(capsule_context *context, capsule_state *state, const outcom
     gaps_of(CONTACT_OF[field - 1], o->end.gap, o->end.other, &gap, &back);
     state->gap = near_to(gap), state->back = near_to(back);
 #endif
-    context->exact_known = 0;
+    context->exact.known = 0;
 }
 
 /* State at a switch, and the successor field; nothing if that is undecided. */
@@ -391,8 +402,11 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
 {
     const int contact = CONTACT_OF[field - 1];
     const int level = o->edge ? !LEVEL_OF[field - 1] : LEVEL_OF[field - 1];
-    known end = {.x_r = at->x_r, .gap = at->gap, .v_r = at->v_r, .v_c = at->v_c, .angle = at->angle,
-                 .angle_rest = at->angle_rest, .bound_at = (int)o->bound_at};
+    known end = {at->x_r, at->gap, at->v_r, at->v_c, at->angle, at->angle_rest, (int)o->bound_at
+#if TWO_STOPS
+                 , at->other
+#endif
+    };
     int next_contact = o->at_gap ? !contact : contact;
 #if TWO_STOPS
     next_contact += o->at_back;
@@ -417,15 +431,20 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
         .field = following};
     if (o->edge && o->passed)
         capsule_write_strobe(context->request, period, state->x_r, v_r, v_c);
-    context->exact_known = 0;
+    context->exact.known = 0;
     context->angle = state->angle;
     context->cosine = near_to(at->cosine), context->sine = near_to(at->sine);
-#if TWO_STOPS
-    state->back = near_to(end.back);
-#endif
 #ifdef WIDE
     state->angle_rest += at->angle.lo;
-    context->exact = end, context->exact_known = 1;
+    context->exact = (capsule_exact){{at->x_r.hi, at->x_r.lo}, {end.gap.hi, end.gap.lo},
+                                    {at->v_r.hi, at->v_r.lo}, {at->v_c.hi, at->v_c.lo},
+                                    {at->angle.hi, at->angle.lo}, .known = 1};
+#endif
+#if TWO_STOPS
+    state->back = near_to(end.back);
+#ifdef WIDE
+    context->exact.back[0] = end.back.hi, context->exact.back[1] = end.back.lo;
+#endif
 #endif
 }
 
@@ -451,7 +470,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
 {
     const capsule_map *map = context->map;
     const capsule_request *request = context->request;
-    const known start = known_of(map, state, context->exact_known ? &context->exact : NULL);
+    const known start = known_of(map, state, &context->exact);
     memset(p, 0, sizeof *p);
     p->outcome = CAPSULE_UNDECIDED;
     const int field = state->field ? state->field : successor_of(map, &start, level_at(map, &start));

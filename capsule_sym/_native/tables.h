@@ -357,7 +357,7 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
     coefficients of;
     responses_make(c, z, t->reach, &of);
     real(*x)[RESPONSES] = of.phi, second[TERMS + 2][RESPONSES];
-    double rest[RESPONSES];
+    double rest[RESPONSES], sum[5][RESPONSES] = {{0}};
     memset(second, 0, sizeof second);
     for (int k = 0; k < RESPONSES; k++)
         rest[k] = remainder_of(z, t->reach, k, &of);
@@ -381,14 +381,21 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
 #if CAPSULE_REACTION
             second_size += fabs(near_to(to_second.reaction[n][k]));
 #endif
-            t->limit[k][X_ERROR] += off * size;
-            t->v_error[k] += off * n * size / t->reach;
-            t->limit[k][SECOND_ERROR] += second_off * second_size;
+            sum[0][k] += off * size;
+            sum[1][k] += off * n * size / t->reach;
+            sum[2][k] += second_off * second_size;
             t->x_speed[k] += n * size;
             t->second_speed[k] += n * second_size;
-            t->limit[k][X_BEND] += n * (n - 1) * size;
-            t->limit[k][SECOND_BEND] += n * (n - 1) * second_size;
+            sum[3][k] += n * (n - 1) * size;
+            sum[4][k] += n * (n - 1) * second_size;
         }
+    }
+    for (int k = 0; k < RESPONSES; k++) {
+        t->limit[k][X_ERROR] = sum[0][k];
+        t->v_error[k] = sum[1][k];
+        t->limit[k][SECOND_ERROR] = sum[2][k];
+        t->limit[k][X_BEND] = sum[3][k];
+        t->limit[k][SECOND_BEND] = sum[4][k];
     }
     wholes_make(field, c, (const real(*)[RESPONSES])x, &to_second, t);
     double change[RESPONSES] = {0}, speed[RESPONSES] = {0}, bend[RESPONSES] = {0}, tail[RESPONSES] = {0}, unused[2][RESPONSES] = {{0}};

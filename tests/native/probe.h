@@ -206,7 +206,7 @@ static point probed_point(const segment *c, int field, const probe_start *a)
     const real gap = a->gap_zeros > 0.0 ? num(0.0) : sub(num(a->x_r), c->delta);
     const int way = DRIFT_OF[field - 1];
     const int at_bound = way ? way * (a->second_zeros == 2.0) : (int)a->second_zeros;
-    const known start = {num(a->x_r), gap, num(a->v_r), num(a->v_c), num(a->angle), .bound_at = at_bound};
+    const known start = {num(a->x_r), gap, num(a->v_r), num(a->v_c), num(a->angle), 0.0, at_bound};
     point s = point_at(c, field, &start, NULL);
     s.energy_error = a->energy_error, s.v_c_error = a->v_c_error, s.angle_error = a->angle_error;
     return s;
@@ -222,8 +222,7 @@ int NAMED(PROBE, _successor)(const capsule_parameters *p, int field, const probe
     const point s = probed_point(c, field, a);
     const int way = DRIFT_OF[field - 1];
     const int at_bound = way ? way * (a->second_zeros == 2.0) : (int)a->second_zeros;
-    const known start = {s.x_r, s.gap, s.v_r, s.v_c, s.angle, .angle_rest = s.angle_rest,
-                         .bound_at = at_bound};
+    const known start = {s.x_r, s.gap, s.v_r, s.v_c, s.angle, s.angle_rest, at_bound};
     return is_successor(c, field, &start);
 }
 

@@ -22,6 +22,8 @@ P = Parameters(alpha=1.5, gamma=3.0)
 MUTANTS = {
     "the segment before": ("    return at;\n", "    return at ? at - 1 : at;\n"),
     "the segment after": ("    return at;\n", "    return at + 1 < count ? at + 1 : at;\n"),
+    "a search one short": ("            high = at + step;", "            high = at + step - 1;"),
+    "a search that ends early": ("while (high - at > 1)", "while (high - at > 2)"),
     "no step back": ("    while (at > 0 && !begun", "    while (0 && !begun"),
     "another segment's expansion": (
         "if (p.of != s || p.node != node)",

@@ -50,7 +50,7 @@ def test_parameters_that_are_none_are_refused(place: int, value: float) -> None:
         with pytest.raises(ValueError, match="no run from"):
             native.run(native.state_at(0.0, 0.0, 0.0, phase), 5, strobe=np.empty((6, 3)))
         with pytest.raises(ValueError, match="no run from"):
-            native.short_run(0.0, 0.0, 0.0, phase, 5, 0, False)
+            native.end_of_run(0.0, 0.0, 0.0, phase, 5, 0)
 
 
 def test_arrays_of_other_sizes_are_refused() -> None:
