@@ -16,7 +16,6 @@ from capsule_sym._design.front import Front as Front
 from capsule_sym._design.front import FrontPart as FrontPart
 from capsule_sym._design.optimum import Constraint as Constraint
 from capsule_sym._design.optimum import Optimum as Optimum
-from capsule_sym._design.optimum import Tightest as Tightest
 from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._design.tolerances import Probability as Probability
 from capsule_sym._design.tolerances import Tolerances as Tolerances

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import click
 
@@ -46,9 +46,7 @@ def optimise(
     how: Annotated[dict[str, Any], group(_searching)],
     against: Annotated[str | None, option("--pareto", metavar="METRIC")] = None,
     points: Annotated[int, between(*POINTS)] = 50,
-    tolerances: options.Tolerances,
     state: options.State = (0.0, 0.0, 0.0),
-    among: Literal["starts", "stable"] = "starts",
     out: options.Folder = None,
     as_json: options.Json = False,
 ) -> None:
@@ -74,26 +72,22 @@ def optimise(
         Pareto front: minimise this second metric too.
     points
         Number of points of the front of --pareto.
-    among
-        Motions to consider: those from --state, or all stable ones.
     out
         Write the JSON here, of a front with its table as CSV and its picture.
     """
     options.check_beside("maximise", never=("minimise",))
     options.check_beside("points", needs=("against",))
-    options.check_beside("among", never=("against",))
     metric = maximise if maximise is not None else minimise
     if metric is None:
         raise click.UsageError("give --maximise or --minimise METRIC")
     parameters, device = system.load()
     which = device or parameters
-    how |= {"maximise": maximise is not None, "starts": (state,), "tolerances": tolerances}
-    how["subject_to"] = subject_to
+    how |= {"maximise": maximise is not None, "start": state, "subject_to": subject_to}
     found: capsule_sym.results.Optimum | capsule_sym.results.Front
     with bars.reporting("Optimising") as progress:
         how["progress"] = progress
         if against is None:
-            found = capsule_sym.optimise(metric, over, which, among=among, **how)
+            found = capsule_sym.optimise(metric, over, which, **how)
         else:
             found = capsule_sym.pareto(metric, against, over, which, points=points, **how)
     if found.status is capsule_sym.results.Status.INFEASIBLE:

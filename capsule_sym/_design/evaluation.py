@@ -1,8 +1,8 @@
 """Steady motions and their metrics for the optimiser: from a start, next to another one, or many.
 
-The C core closes a motion and differentiates its metrics. The orbit's equations are used without a
-core, for a motion that the core cannot decide, and beyond the place where the map leaves an
-itinerary. No other module of the package names the source of the metrics.
+The C core closes a motion and differentiates its metrics. The orbit's equations are used for a
+motion that the core cannot decide, and beyond the place where the map leaves an itinerary. No other
+module of the package names the source of the metrics.
 """
 
 from __future__ import annotations
@@ -21,18 +21,16 @@ from capsule_sym._arrays import Vector
 from capsule_sym._design.settled import settle_many
 from capsule_sym._map.drift import drifts
 from capsule_sym._map.itinerary import begun
-from capsule_sym._native import check_time, core_of
+from capsule_sym._native import check_time
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.admissibility import is_admissible
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
-from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
+from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Scene, SceneParameters
 
-_BLOCK = 64  # excitation periods before the first test for a settled motion
-_PERIODS = 1024  # excitation periods within which a motion has to settle
 _NEUTRAL = 1e-9  # distance from 1 within which a multiplier is 1 up to rounding
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 
@@ -67,16 +65,6 @@ class Motion:
         if self._orbit is None:
             self._orbit = orbit_at(self.parameters, self.state.tolist(), self.period_number)
         return self._orbit
-
-    @property
-    def at_phase_zero(self) -> Vector:
-        """A state at forcing angle 0 that leads to it; that of its orbit's start if none does."""
-        if self.found is not None:
-            return self.state
-        assert self._orbit is not None
-        state, phase = _start_of(self._orbit, self.parameters)
-        found = settle(self.parameters, state, phase)
-        return np.array(state) if found is None or found.found is None else found.state
 
     @cached_property
     def metrics(self) -> dict[str, Slope]:
@@ -142,8 +130,6 @@ def _values(parameters: SceneParameters) -> Vector:
 
 def closed(parameters: SceneParameters, state: Vector, period_number: int) -> Motion | None:
     """Motion of the map near a state at forcing angle 0, by the core; None if none."""
-    if core_of(parameters.scene) is None:
-        return None
     found = performance_many(
         _values(parameters), state, period_number, gradients=True, scene=parameters.scene
     )
@@ -156,18 +142,8 @@ def settle(
     parameters: SceneParameters, state: Sequence[float], phase: float = 0.0
 ) -> Motion | None:
     """Motion on which a start settles; None if there is none."""
-    if core_of(parameters.scene) is None:
-        orbit = solve_orbit(parameters, state, phase, _PERIODS)
-        return Motion(parameters, None, orbit=orbit) if orbit.success else None
-    found = settle_many(
-        _values(parameters)[None],
-        state,
-        phase,
-        first=_BLOCK,
-        most=_PERIODS,
-        gradients=True,
-        scene=parameters.scene,
-    )
+    row = _values(parameters)[None]
+    found = settle_many(row, state, phase, gradients=True, scene=parameters.scene)
     check_time()
     number = int(found.period_numbers[0])
     return Motion(parameters, found.found, number) if number > 0 else None
@@ -189,10 +165,6 @@ def _moved(motion: Motion, found: Performances, parameters: SceneParameters) -> 
 
 def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | None:
     """Orbit of the same itinerary at other parameters, admissible or not; None if none."""
-    if motion.found is not None:
-        found = _moved(motion, motion.found, parameters)
-        if found is not None and found.itinerary == motion.itinerary:
-            return found
     orbit = motion.orbit
     moved = _values(parameters) - _values(motion.parameters)
     with suppress(np.linalg.LinAlgError):
@@ -206,11 +178,8 @@ def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | N
     return None
 
 
-def continue_motion(motion: Motion, parameters: SceneParameters, again: bool) -> Motion | None:
-    """The motion continued to other parameters, or the one on which it settles; None if lost.
-
-    Only `again` it is run to settle, unless no core closed it.
-    """
+def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | None:
+    """The motion continued to other parameters, or the one on which it settles; None if lost."""
     if motion.found is not None:
         found, state, phase = _moved(motion, motion.found, parameters), motion.state.tolist(), 0.0
     else:
@@ -219,4 +188,4 @@ def continue_motion(motion: Motion, parameters: SceneParameters, again: bool) ->
         state, phase = _start_of(motion.orbit, parameters)
     if found is not None and found.admissible:
         return found
-    return settle(parameters, state, phase) if again or motion.found is None else None
+    return settle(parameters, state, phase)

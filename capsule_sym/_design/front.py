@@ -16,12 +16,10 @@ from capsule_sym._map.result import Result, brief, by_fields
 
 
 class FrontPart(NamedTuple):
-    """Connected part of a front: its first and last point, and the reasons for both ends."""
+    """Connected part of a front: its first and last point."""
 
     first: int
     last: int
-    begins: str
-    ends: str
 
     def __repr__(self) -> str:
         return by_fields(self)
@@ -31,8 +29,8 @@ class FrontPart(NamedTuple):
 class Front(Result, Labelled):
     """Points of a Pareto front, by increasing second metric: `points` (n,), each an `Optimum`.
 
-    The point of least cost has no multipliers and slopes of the first metric; its residual is that
-    of the cost's conditions. In SI units if the system is a device, else dimensionless.
+    The point of least cost is the optimum of the second metric, the others are optima of the first.
+    In SI units if the system is a device, else dimensionless.
     """
 
     metrics: tuple[str, str]
@@ -40,12 +38,14 @@ class Front(Result, Labelled):
     maximised: bool
     """True if the first metric is maximised; the second is always minimised."""
     points: tuple[Optimum, ...]
+    values: Vector
+    """First metric, shape (n,)."""
     costs: Vector
-    """Second metric, for the worst scenario, shape (n,)."""
+    """Second metric, shape (n,)."""
     slopes: Vector
     """Gain of the first metric per unit of the second, shape (n,); nan if no bound is active."""
     parts: tuple[FrontPart, ...]
-    """Parts of the front. Between them no point dominates an end."""
+    """Parts of the front. Drives between those of two parts are worse."""
     status: Status
     """Status of the front."""
     message: str
@@ -61,11 +61,6 @@ class Front(Result, Labelled):
         first, second = self.metrics
         points = counted(len(self.points), "point")
         return brief(self, f"{points}, {self.status}", f"of {first} against {second}")
-
-    @property
-    def values(self) -> Vector:
-        """First metric, shape (n,)."""
-        return np.array([point.value for point in self.points])
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:

@@ -1,7 +1,7 @@
 """Survey of two metrics: places from which searches of their trade-offs start.
 
-The places that few others better in both metrics have children: two places, drawn evenly along the
-approximate front, share their variables, which are moved by a share of the difference of both.
+The places that no other betters in both metrics have children. A child differs from one of them,
+drawn evenly along the approximate front, by a share of the difference to another one.
 """
 
 from __future__ import annotations
@@ -11,18 +11,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._arrays import Matrix, Vector
+from capsule_sym._arrays import Matrix
 from capsule_sym._design.cells import evaluate
 from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Limit
-from capsule_sym._design.survey import APART
 from capsule_sym._native import check_time
 
 _GENERATIONS, _CHILDREN = 12, 256  # of an evolution, and of a generation
+_STEPS = -4.0, -0.5  # powers of ten: steps of a child, of a difference of places or of the range
 _DRAWN = 0.5  # share of the places, at random, whose front has children: it differs each time
-_CROSSED = 0.25  # share of a child's variables that are the second place's
-_OF_DIFFERENCE = -3.0, -0.5  # powers of ten: steps of a child, of the difference of both places
-_OF_BOUNDS = -4.0, -1.0  # the same of a step of one variable on the average, of each range
 
 
 class FrontSurvey:
@@ -41,7 +38,7 @@ class FrontSurvey:
         """Both metrics (n, 2) of places; infinite beyond limits."""
         found = evaluate(self.program, u)
         check_time()
-        both = np.column_stack([found.worst, -found.slacks[:, self.count]])
+        both = np.column_stack([found.objective, -found.slacks[:, self.count]])
         slacks = np.delete(found.slacks, self.count, axis=1)
         both[slacks.min(axis=1, initial=np.inf) < 0] = np.inf
         return both
@@ -60,10 +57,9 @@ class FrontSurvey:
         """Evaluate children of the best trade-offs, generation by generation."""
         for _ in range(_GENERATIONS if len(self.u) else 0):
             one, two = self._parents(), self._parents()
-            u = np.where(self.draw.uniform(size=one.shape) < _CROSSED, two, one)
-            u += self._normal(_OF_DIFFERENCE, one.shape) * (two - one)
+            step = 10 ** self.draw.uniform(*_STEPS, one.shape) * self.draw.normal(size=one.shape)
             alone = self.draw.uniform(size=one.shape) < 1 / one.shape[1]
-            self.look(np.clip(u + alone * self._normal(_OF_BOUNDS, one.shape), 0.0, 1.0))
+            self.look(np.clip(one + step * np.where(alone, 1.0, two - one), 0.0, 1.0))
 
     def front(self, places: NDArray[np.intp]) -> NDArray[np.intp]:
         """Those of some places that no other of them betters, by their second metric."""
@@ -71,19 +67,6 @@ class FrontSurvey:
         before = np.minimum.accumulate(np.append(np.inf, self.both[order, 0]))[:-1]
         found: NDArray[np.intp] = order[self.both[order, 0] < before]
         return found
-
-    def starts(self, column: int, bound: float, most: int) -> list[Vector]:
-        """Best places of a metric with the other within a bound, distant from each other."""
-        within = np.flatnonzero(self.both[:, 1 - column] <= bound)
-        chosen = list[Vector]()
-        for u in self.u[within[np.argsort(self.both[within, column], kind="stable")]]:
-            if len(chosen) < most and all(abs(u - one).max() > APART for one in chosen):
-                chosen.append(u)
-        return chosen
-
-    def _normal(self, powers: tuple[float, float], shape: tuple[int, ...]) -> Matrix:
-        """Normal random numbers, their deviations spread evenly between powers of ten."""
-        return self.draw.normal(0.0, 10 ** self.draw.uniform(*powers, size=shape))
 
     def _parents(self) -> Matrix:
         """Places (count, k) drawn evenly along the front of some of the places."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from capsule_sym._design.counts import MAX_SECONDS, SAMPLES, SEED
 from capsule_sym._design.optimum import Optimum
-from capsule_sym._design.program import AMONG, STARTS, Program, scenarios_of
+from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import (
     Function,
     System,
@@ -24,7 +24,7 @@ from capsule_sym._design.quantities import (
     real,
 )
 from capsule_sym._design.search import Optimisation
-from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map import checks
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
@@ -39,9 +39,7 @@ def optimise(
     maximise: bool = True,
     subject_to: Sequence[object] = (),
     margin: float | None = None,
-    starts: Sequence[Sequence[float]] = ((0.0, 0.0, 0.0),),
-    tolerances: Mapping[str, float] | None = None,
-    among: str = STARTS,
+    start: Sequence[float] = (0.0, 0.0, 0.0),
     samples: int = 2048,
     seed: int = 0,
     max_seconds: float = MAX_SECONDS,
@@ -55,8 +53,7 @@ def optimise(
     optimum found; it is not proved to be global.
 
     Points of the survey whose runs the core cannot decide, or for which there is no time, are
-    unknown: the message has their number. With several starts, or with tolerances, the worst motion
-    is optimised: over all starts, at the parameters and at all ends of their tolerances.
+    unknown: the message has their number.
 
     Parameters
     ----------
@@ -66,7 +63,7 @@ def optimise(
         power, peak_force, peak_contact, speed_per_work and cost_of_transport. Energies and
         progression are per excitation period; speed_per_work is `|progression|` over work. A
         function gets metrics and parameters by name, in a mapping, and returns a number, by
-        arithmetic. All is dimensionless, or in SI units if `base` is a device.
+        arithmetic that accepts arrays. All is dimensionless, or in SI units if `base` is a device.
     over : mapping of str to (float, float)
         Bounds (low, high) of each varied parameter: ascending finite numbers within its own range.
         Dimensionless, or in SI units if `base` is a device.
@@ -81,17 +78,9 @@ def optimise(
     margin : float, default None, from 0 to below 1
         Least distance of the Floquet multipliers from the unit circle, dimensionless: the modulus
         of each is at most 1 - `margin`. None: no such constraint.
-    starts : sequence of (float, float, float), default ((0.0, 0.0, 0.0),), at least one
-        States (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion of a
-        start is the one on which it settles. With several starts the worst motion counts.
-    tolerances : mapping of str to float, default None
-        Tolerances of parameters as shares between 0 and 1, dimensionless: {"mu": 0.1} is 10 %. The
-        worst motion counts: at the parameters, and with all of these at the ends of their
-        tolerances.
-    among : "starts" or "stable", default "starts"
-        Motions to consider. "starts": those on which the given starts settle. "stable": every
-        stable motion found from the starts and from others, whether or not a start settles on it;
-        with `tolerances` the worst of its continuations.
+    start : sequence of float, default (0.0, 0.0, 0.0)
+        State (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion is the one
+        on which it settles.
     samples : int, default 2048, 1 to 1,000,000
         Number of points of the survey.
     seed : int, default 0, 0 to 10**12
@@ -134,9 +123,7 @@ def optimise(
     >>> print(*found.itinerary)
     F5 F4 F1 F2 F3 F2
     """
-    program = program_of(
-        metric, over, base, maximise, subject_to, margin, starts, tolerances, progress, among
-    )
+    program = program_of(metric, over, base, maximise, subject_to, margin, start, progress)
     check_survey(samples, seed)
     search = Optimisation(program)
     with Watch(checks.checked_seconds(max_seconds)):
@@ -151,10 +138,8 @@ def program_of(
     maximise: bool,
     subject_to: Sequence[object],
     margin: float | None,
-    starts: Sequence[Sequence[float]],
-    tolerances: Mapping[str, float] | None,
+    start: Sequence[float] = (0.0, 0.0, 0.0),
     progress: Callable[[str], object] | None = None,
-    among: str = STARTS,
 ) -> Program:
     """Optimisation problem of checked arguments; raises InvalidInput."""
     system = system_of(base)
@@ -164,9 +149,9 @@ def program_of(
         raise InvalidInput("margin", margin, "from 0 to below 1")
     if isinstance(subject_to, str):
         subject_to = (subject_to,)
-    check_one_of("among", among, AMONG)
-    scenarios = scenarios_of(starts, tolerances, system)
-    seeds = tuple(dict.fromkeys(one.state for one in scenarios))
+    state = tuple(start) if isinstance(start, Sequence | np.ndarray) else ()
+    if len(state) != 3 or not all(map(real, state)):
+        raise InvalidInput("start", start, "a state (x_r, v_r, v_c) of finite numbers")
     program = Program(
         system=system,
         names=tuple(over),
@@ -176,11 +161,8 @@ def program_of(
         sign=-1 if maximise else 1,
         limits=limits_of(subject_to, system),
         margin=margin,
-        # If all stable motions are considered, the starts are only seeds of their search.
-        scenarios=tuple(one for one in scenarios if among == STARTS or one.state == seeds[0]),
+        start=(float(state[0]), float(state[1]), float(state[2])),
         progress=progress,
-        among=among,
-        seeds=seeds,
     )
     _check_ends(program)
     return program

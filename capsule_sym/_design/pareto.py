@@ -23,8 +23,7 @@ def pareto(
     maximise: bool = True,
     subject_to: Sequence[object] = (),
     margin: float | None = None,
-    starts: Sequence[Sequence[float]] = ((0.0, 0.0, 0.0),),
-    tolerances: Mapping[str, float] | None = None,
+    start: Sequence[float] = (0.0, 0.0, 0.0),
     samples: int = 256,
     seed: int = 0,
     max_seconds: float = MAX_SECONDS,
@@ -33,9 +32,9 @@ def pareto(
     """Pareto front of a metric to maximise, or minimise, against one to minimise.
 
     About `points` points are spaced evenly along it, between its two ends, the optima of either
-    metric. A part of it ends at a gap, in which searches from both sides and the survey find
-    nothing, or where another branch becomes better: `parts` have the endpoints and their reasons.
-    Otherwise the search is as in `optimise`.
+    metric. Each is the optimum of the first metric, with the second at most that of a place that a
+    survey found. `parts` are connected: drives between those of two parts are worse. Otherwise the
+    search is as in `optimise`.
 
     Parameters
     ----------
@@ -60,13 +59,9 @@ def pareto(
     margin : float, default None, from 0 to below 1
         Least distance of the Floquet multipliers from the unit circle, dimensionless: the modulus
         of each is at most 1 - `margin`. None: no such constraint.
-    starts : sequence of (float, float, float), default ((0.0, 0.0, 0.0),), at least one
-        States (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion of a
-        start is the one on which it settles. With several starts the worst motion counts.
-    tolerances : mapping of str to float, default None
-        Tolerances of parameters as shares between 0 and 1, dimensionless: {"mu": 0.1} is 10 %. The
-        worst motion counts: at the parameters, and with all of these at the ends of their
-        tolerances.
+    start : sequence of float, default (0.0, 0.0, 0.0)
+        State (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion is the one
+        on which it settles.
     samples : int, default 256, 1 to 1,000,000
         Number of points of the survey of each metric.
     seed : int, default 0, 0 to 10**12
@@ -104,9 +99,7 @@ def pareto(
     """
     check_count("points", points, *POINTS)
     check_survey(samples, seed)
-    program = program_of(
-        metric, over, base, maximise, subject_to, margin, starts, tolerances, progress
-    )
+    program = program_of(metric, over, base, maximise, subject_to, margin, start, progress)
     cost = function_of("against", against, program.system)
     search = FrontSearch(program, cost, points)
     with Watch(checked_seconds(max_seconds)):

@@ -7,7 +7,7 @@ order in the scaled variables, is a further slack.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,60 +15,53 @@ import numpy as np
 
 from capsule_sym._arrays import Vector
 from capsule_sym._design.borders import distances
-from capsule_sym._design.evaluation import Motion
+from capsule_sym._design.evaluation import Motion, same_itinerary_at
 from capsule_sym._design.program import Place, Program
-from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality
-from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._design.quantities import dimensionless
+from capsule_sym._orbits.shooting.admissibility import DURATION
 from capsule_sym._parameters import names_of
 
 _Name = tuple[object, ...]
 
 
 class _Border(NamedTuple):
-    """Inequality of a scenario's itinerary, numbered among similar ones, and its unit."""
+    """Inequality of the itinerary, numbered among similar ones, and its unit."""
 
-    scenario: int
     name: _Name
     number: int
     unit: float
 
 
 class Piece:
-    """Program on the itineraries of a place; its places have borders as further slacks."""
+    """Program on the itinerary of a place; its places have borders as further slacks."""
 
     def __init__(self, program: Program, place: Place) -> None:
+        motion, orbit = place.motion, place.motion.orbit
+        motion = motion if orbit is None else Motion(motion.parameters, None, orbit=orbit)
         self.program = program
-        motions = tuple(
-            motion if motion.orbit is None else Motion(motion.parameters, None, orbit=motion.orbit)
-            for motion in place.motions
-        )
-        self.known = [(place.u, motions)]
+        self.known = [(place.u, motion)]
         """Variables and motions of the places so far."""
-        self.n_constraints = len(program.scenarios) * len(program.texts)
-        """Number of slacks that are limits; borders follow them."""
-        self.borders = tuple(self._borders(place.u, motions))
+        self.borders = tuple(self._borders(place.u, motion))
 
     def by_u(self, rows: Vector) -> Vector:
         """Derivatives by the scaled variables, from those by all parameters."""
         return self.program.by_u(rows)
 
     def at(self, u: Vector) -> Place | None:
-        """Place at variables, on the itineraries' orbits; None if one is lost."""
+        """Place at variables, on the itinerary's orbit; None if it is lost."""
         _, near = min(self.known, key=lambda one: float(abs(one[0] - u).max()))
-        motions = self.program.extended(near, u)
-        place = self.program.place(u, motions)
-        if motions is None or place is None:
+        motion = same_itinerary_at(near, dimensionless(self.program.system_at(u)))
+        place = self.program.place(u, motion)
+        if motion is None or place is None:
             return None
         values, rows = place.slacks, place.slacks_by
         if margin := self.program.margin:
             # The modulus of a multiplier has a root at a fold; the square of its slack is smooth.
-            which = range(len(self.program.texts) - 1, self.n_constraints, len(self.program.texts))
-            for i in which:
-                stable = values[i] + margin
-                values[i] = (stable * abs(stable) - margin**2) / (2 * margin)
-                rows[i] *= abs(stable) / margin
-        further = [*self._slacks(u, motions)]
-        self.known.append((u, motions))
+            stable = values[-1] + margin
+            values[-1] = (stable * abs(stable) - margin**2) / (2 * margin)
+            rows[-1] *= abs(stable) / margin
+        further = [*self._slacks(u, motion)]
+        self.known.append((u, motion))
         whole = replace(
             place,
             slacks=np.append(values, [value for value, _ in further]),
@@ -80,35 +73,24 @@ class Piece:
         """Place at variables, for a search."""
         return self.at(u)
 
-    def inequality(self, slack: int) -> tuple[Orbit, Inequality]:
-        """Orbit and inequality of a slack that is a border, at the last place."""
-        scenario, name, number, _ = self.borders[slack - self.n_constraints]
-        orbit = self.known[-1][1][scenario].orbit
-        alike = [one.inequality for one in distances(orbit) if one.inequality[:3] == name]
-        assert orbit is not None
-        return orbit, sorted(alike, key=lambda one: float(one.time))[number]
-
-    def _slacks(self, u: Vector, motions: Sequence[Motion]) -> Iterator[tuple[float, Vector]]:
+    def _slacks(self, u: Vector, motion: Motion) -> Iterator[tuple[float, Vector]]:
         """Slacks of the borders, with derivatives by all parameters; 1 of one that is absent."""
-        every = [_inequalities(motion) for motion in motions]
-        for scenario, name, number, unit in self.borders:
-            alike = every[scenario].get(name, [])[number:]
-            if not alike:
+        every = _inequalities(motion)
+        for name, number, unit in self.borders:
+            alike = every.get(name, [])[number:]
+            if alike:
+                value, slope = alike[0]
+                yield value / unit, self.program.by_all(u, slope) / unit
+            else:
                 yield 1.0, np.zeros(len(names_of(self.program.system)))
-                continue
-            value, slope = alike[0]
-            by = self.program.by_all(u, self.program.scenarios[scenario], slope)
-            yield value / unit, by / unit
 
-    def _borders(self, u: Vector, motions: Sequence[Motion]) -> Iterator[_Border]:
-        """All inequalities of the motions, in units of the variables."""
-        for scenario, motion in enumerate(motions):
-            for name, alike in _inequalities(motion).items():
-                for number, (_, slope) in enumerate(alike):
-                    by = self.program.by_all(u, self.program.scenarios[scenario], slope)
-                    unit = float(np.linalg.norm(self.program.by_u(by)))
-                    if 0 < unit < np.inf:
-                        yield _Border(scenario, name, number, unit)
+    def _borders(self, u: Vector, motion: Motion) -> Iterator[_Border]:
+        """All inequalities of the motion, in units of the variables."""
+        for name, alike in _inequalities(motion).items():
+            for number, (_, slope) in enumerate(alike):
+                unit = float(np.linalg.norm(self.program.by_u(self.program.by_all(u, slope))))
+                if 0 < unit < np.inf:
+                    yield _Border(name, number, unit)
 
 
 def _inequalities(motion: Motion) -> dict[_Name, list[tuple[float, Vector]]]:

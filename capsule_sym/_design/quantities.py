@@ -197,24 +197,22 @@ def named(function: object) -> str:
 
 def valued(
     field: str, function: Function, metrics: Mapping[str, Slope], text: str = ""
-) -> tuple[float, Vector]:
-    """Value and derivatives of a function of the metrics; nan if it is not finite.
+) -> tuple[Any, Any]:
+    """Value and derivatives of a function of the metrics; nan where it is not finite.
 
-    Raises InvalidInput for a function that returns anything but arithmetic of the metrics.
+    The metrics are those of one motion, or of n with values (n,). Raises InvalidInput for a
+    function that returns anything but arithmetic of the metrics.
     """
     name = text or named(function)
     allowed = "arithmetic (+ - * / **) of the metrics and parameters that the function gets by name"
-    none = math.nan, np.zeros(len(next(iter(metrics.values())).slope))
+    found: object = Slope(math.nan, 0 * next(iter(metrics.values())).slope)
     try:
-        found: object = function(metrics)
-    except ArithmeticError:  # such as a division by 0
-        return none
+        with np.errstate(all="ignore"), suppress(ArithmeticError):  # such as a division by 0
+            found = function(metrics)
     except Exception as error:
         raise InvalidInput(field, name, f"{allowed} ({type(error).__name__}: {error})") from error
     if not isinstance(found, Slope):
         # A plain number has no derivative, and would count as a constant.
         raise InvalidInput(field, name, f"{allowed}, not {type(found).__name__}")
-    if isinstance(found.value, complex):
-        return none
-    value, slope = float(found.value), np.asarray(found.slope, dtype=float)
-    return (value, slope) if math.isfinite(value) else (value, none[1])
+    real = not np.iscomplexobj(found.value) and np.isfinite(found.value)
+    return np.where(real, found.value, math.nan).real, found.slope

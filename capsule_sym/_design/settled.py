@@ -19,6 +19,9 @@ from capsule_sym._processes import processors
 _REPEATED = 1e-2  # change over its periods, over the motion's size, below which a run is closed
 _REPEATS, _APART = 5e-2, 0.2  # the same of all states of its last period, and over their spread
 _NEAR = 1e-2  # distance of the closed motion from its run
+FIRST, _MOST = 64, 1024
+"""Excitation periods of the first stretch of a run and of the last: within these a motion settles
+at a damping of 0.003."""
 _MOST_OPEN = 100  # segments of a run that the core may fail to decide, before it counts as unknown
 UNKNOWN = -1
 _ARRIVED = 1e-7  # distance at which a run has arrived at its motion
@@ -65,8 +68,8 @@ def settle_many(
     states: ArrayLike,
     phases: ArrayLike = 0.0,
     *,
-    first: int,
-    most: ArrayLike,
+    first: int = FIRST,
+    most: int = _MOST,
     gradients: bool = False,
     max_open: int = _MOST_OPEN,
     scene: Scene,
@@ -74,15 +77,14 @@ def settle_many(
     """Motions on which starts (n, 3) settle, at rows (n, k) of the parameters of a scene.
 
     Each run is looked at after `first` excitation periods; others continue for twice
-    as long, and so on for stretches of at most `most`, one number or one for each row.
+    as long, and so on for stretches of at most `most`.
     """
     count = len(rows)
     whole = _nothing(count, scene)
     left, length = np.arange(count), first
     begin = np.broadcast_to(np.asarray(states, dtype=float), (count, 3))
     at = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
-    most = np.broadcast_to(np.asarray(most), (count,))
-    while len(left) and not present().over:
+    while len(left) and length <= most and not present().over:
         run = simulate_many(
             rows[left],
             begin,
@@ -102,9 +104,8 @@ def settle_many(
         whole.put(left[number > 0], found.of(number > 0), number[number > 0])
         begin, at = marks[number == 0, -1], np.zeros(int((number == 0).sum()))
         left, length = left[number == 0], 2 * length
-        on = most[left] >= length
-        left, begin, at = left[on], begin[on], at[on]
-    whole.period_numbers[left] = UNKNOWN
+    if length <= most:
+        whole.period_numbers[left] = UNKNOWN  # the time is over
     return whole
 
 

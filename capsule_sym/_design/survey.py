@@ -1,8 +1,7 @@
 """Survey of the bounds: places all over them, then a population that evolves to better ones.
 
-The places are Sobol's, some on the faces of the bounds. Differential evolution (Storn & Price 1997,
-by SciPy) begins with the best of them. All places are kept: searches start at the best ones that
-are distant from each other.
+The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) begins with the best
+of them. All places are kept: searches start at the best ones that are distant from each other.
 """
 
 from __future__ import annotations
@@ -15,44 +14,39 @@ from typing import Any
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.cells import BEYOND, Grid, evaluate, together, unknown
+from capsule_sym._design.cells import Grid, evaluate, together
 from capsule_sym._design.program import KEPT, Program
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.labelled import package
-from capsule_sym._native import Watch, check_time, core_of, present
+from capsule_sym._native import Watch, check_time, present
 from capsule_sym._parameters import SceneParameters
 from capsule_sym._processes import sobol
 
+MEMBERS = 6
+"""Members of a population for each variable: SciPy has 15, but these are the best of many."""
 _SHARE = 0.3  # share of the time that is left: searches and polish take the rest
-_WITHOUT_CORE = 8  # times fewer places where there is no core
-_ON_FACES = 1.5  # factor of every third place's distance from the middle, up to the bounds
-_MEMBERS = 12  # of the population, for each variable
-_NEIGHBOURS = 4  # places for each variable that a start betters: two to each side
-APART = 0.02
-"""Distance of two starts of searches, a share of each range: nearer ones end at one optimum."""
+_APART = 0.02  # distance of two starts, a share of each range: nearer ones end at one optimum
 
 
 def evolved(
     merit: Callable[[Matrix], Vector],
     bounds: Sequence[tuple[float, float]],
     generations: int,
-    tol: float,
     **begin: Any,
-) -> Any:
-    """Population within bounds after some generations, by a merit of many places at once.
-
-    It ends before where the deviation of its merits is below `tol` of their mean.
-    """
-    return package("scipy.optimize").differential_evolution(
-        lambda x: np.minimum(merit(x.T), BEYOND**1.5),
+) -> Vector:
+    """Best of a population within bounds after some generations, by a merit of many places."""
+    found = package("scipy.optimize").differential_evolution(
+        lambda x: merit(x.T),
         bounds,
         maxiter=generations,
-        tol=tol,
+        tol=0.0,
+        atol=KEPT,
         polish=False,
         vectorized=True,
         updating="deferred",
         **begin,
     )
+    return np.asarray(found.x)
 
 
 class Survey:
@@ -60,28 +54,22 @@ class Survey:
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.cells = unknown(program, np.empty((0, len(program.names))))
+        self.cells = evaluate(program, np.empty((0, len(program.names))))
         self.unknown = ""
         """Number of unknown places, as a text; empty if there are none."""
-        self.started = list[int]()
-        """Places at which searches started."""
         self.flat = ""
         """Reason why no place is better than another."""
 
     def run(self, samples: int, seed: int) -> None:
-        """Evaluate places all over the bounds; the first ones set the units of the program.
+        """Evaluate places all over the bounds; they set the units of the program.
 
         Raises InvalidInput if the metric is nowhere finite.
         """
-        if core_of(self.program.system.scene) is None:
-            samples = -(-samples // _WITHOUT_CORE)
-        u = sobol(len(self.program.names), samples, seed)
-        u[2::3] = np.clip((u[2::3] - 0.5) * _ON_FACES + 0.5, 0.0, 1.0)
-        self.program.tell(f"survey, {counted(len(u), 'place')}")
+        self.program.tell(f"survey, {counted(samples, 'place')}")
         with Watch(_SHARE * present().left):
-            self.cells = evaluate(self.program, u)
+            self.cells = evaluate(self.program, sobol(len(self.program.names), samples, seed))
         if count := self.cells.unknown:
-            self.unknown = f"{count:,} of {counted(len(u), 'place')}"
+            self.unknown = f"{count:,} of {counted(samples, 'place')}"
         self.flat = self._flat()
         if not self.flat:
             self._scale()
@@ -100,38 +88,29 @@ class Survey:
         return cells.merit(self.program)
 
     def evolve(self, generations: int) -> None:
-        """Evolve a population from the best places by differential evolution."""
+        """Evolve a population from the best places."""
         merit, k = self.cells.merit(self.program), self.cells.u.shape[1]
-        order = np.argsort(merit, kind="stable")[: _MEMBERS * k]
-        order = order[np.isfinite(merit[order])]
-        if len(order) < 5 or not generations or core_of(self.program.system.scene) is None:
-            return  # the method takes five members
-        begin = {"init": self.cells.u[order], "rng": len(self.cells)}
-        evolved(self.look, [(0.0, 1.0)] * k, generations, KEPT, **begin)
+        best = np.argsort(merit, kind="stable")[: np.isfinite(merit).sum()][: MEMBERS * k]
+        if len(best) >= 5:  # the method takes five members
+            begin = {"init": self.cells.u[best], "rng": len(merit)}
+            evolved(self.look, [(0.0, 1.0)] * k, generations, **begin)
 
-    def starts(self, most: int) -> list[int]:
-        """The best places that none of their neighbours betters, at most so many.
-
-        Each is given once, and none next to one given before.
-        """
+    def starts(self, most: int) -> list[Vector]:
+        """The best places that none of their neighbours betters, distant from each other."""
         merit, (n, k) = self.cells.merit(self.program), self.cells.u.shape
-        if not n:
-            return []
         tree = package("scipy.spatial").KDTree(self.cells.u)
-        near = tree.query(self.cells.u, min(n, _NEIGHBOURS * k))[1].reshape(n, -1)
+        near = tree.query(self.cells.u, min(n, 4 * k))[1].reshape(n, -1)  # two to each side
         peaks = np.flatnonzero((merit <= merit[near].min(axis=1)) & np.isfinite(merit))
-        chosen = list[int]()
-        for i in peaks[np.argsort(merit[peaks], kind="stable")].tolist():
-            apart = [abs(self.cells.u[i] - self.cells.u[j]).max() for j in self.started]
-            if len(chosen) < most and min(apart, default=1.0) > APART:
-                chosen.append(i)
-                self.started.append(i)
+        chosen = list[Vector]()
+        for u in self.cells.u[peaks[np.argsort(merit[peaks], kind="stable")]]:
+            if len(chosen) < most and all(abs(u - one).max() > _APART for one in chosen):
+                chosen.append(u)
         return chosen
 
     def _scale(self) -> None:
         """Set the units of the objective and the limits."""
-        worst, moving = self.cells.worst, ~np.isnan(self.cells.worst)
-        finite = worst[np.isfinite(worst)]
+        objective, moving = self.cells.objective, ~np.isnan(self.cells.objective)
+        finite = objective[np.isfinite(objective)]
         if not len(finite):
             check_time()
             if moving.any():
@@ -152,8 +131,8 @@ class Survey:
     def _flat(self) -> str:
         """Reason why the metric is constant; else empty."""
         program, scene = self.program, self.program.system.scene
-        cells = self.cells.of(~np.isnan(self.cells.worst))
-        moving, found = cells.worst, np.unique(cells.worst)
+        cells = self.cells.of(~np.isnan(self.cells.objective))
+        moving, found = cells.objective, np.unique(cells.objective)
         if len(found) != 1 or (len(moving) == 1 and 0 < abs(found[0]) < np.inf):
             return ""
         value = f"is {abs(found[0]):g}" if np.isfinite(found[0]) else "has no number"
@@ -165,7 +144,7 @@ class Survey:
         device = not isinstance(program.system, SceneParameters)
         names = {tied: name for name, (tied, _) in scene.facts.DRIVEN.items()} if device else {}
         gaps, springs = zip(*scene.facts.STOPS, strict=True)
-        rows = Grid(program, program.scenarios[0], cells.u).rows
+        rows = Grid(program, cells.u).rows
         if not rows[:, [scene.facts.PARAMETERS.index(one) for one in springs]].any():
             stiffer = " or ".join(names.get(one, one) for one in springs)
             return f"{said}: the spring has no stiffness: raise {stiffer}"

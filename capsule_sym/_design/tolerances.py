@@ -40,7 +40,6 @@ from capsule_sym._native import Watch, check_time
 from capsule_sym._processes import sobol
 from capsule_sym._systems import check_parameter
 
-_FIRST, _MOST = 64, 1024  # excitation periods before the first test of a run, and at most
 _BLOCK = 4096  # runs between two tests of the time limit, of some 10 microseconds a period
 _SHOWN = 5  # itineraries that are listed, the most frequent ones
 
@@ -246,7 +245,7 @@ def _program(
     for name, pair in over.items():
         checked_ends(f"tolerance of {name}", pair, *allowed(system, name))
     try:
-        return program_of(function, over, system, False, (), None, (start,), None, progress)
+        return program_of(function, over, system, False, (), None, start, progress)
     except InvalidInput as error:
         field = error.field.replace("bounds", "tolerance")
         raise InvalidInput(field, error.value, error.allowed) from None
@@ -256,12 +255,12 @@ def _sampled(
     program: Program, functions: Sequence[Function], every: Matrix, n: int, seed: int
 ) -> Tolerances:
     """Result of the samples: the nominal values, both samples (n, k), and their combinations."""
-    grid = Grid(program, program.scenarios[0], (every - program.low) / (program.high - program.low))
-    state, parts = program.scenarios[0].state, list[Settled]()
+    grid = Grid(program, (every - program.low) / (program.high - program.low))
+    state, parts = program.start, list[Settled]()
     for first in range(0, grid.count, _BLOCK):
         program.tell(f"{first:,} of {counted(grid.count, 'run')}")
         rows = grid.rows[first : first + _BLOCK]
-        parts.append(settle_many(rows, state, first=_FIRST, most=_MOST, scene=grid.scene))
+        parts.append(settle_many(rows, state, scene=grid.scene))
         check_time()
         if parts[0].period_numbers[0] <= 0:
             told = "a state that leads to a periodic motion at the nominal parameters"

@@ -117,7 +117,7 @@ def test_a_time_limit_ends_it() -> None:
         ({"zeta": 0.1, "delta": 0.0}, {}, "tolerance of delta = 0.0"),
         ({"alpha": 0.1}, {"samples": 100}, "samples = 100: must be a power of two"),
         ({"alpha": 0.1}, {"seed": -1}, "seed = -1"),
-        ({"alpha": 0.1}, {"start": (0.0, 0.0)}, "starts"),
+        ({"alpha": 0.1}, {"start": (0.0, 0.0)}, "start = (0.0, 0.0)"),
     ],
 )
 def test_what_is_refused(over: dict[str, float], how: dict[str, object], told: str) -> None:

@@ -65,7 +65,7 @@ class Problem:
         given: dict[str, Any] = {} if self.maximise else {"maximise": False}
         given |= {"subject_to": self.texts} if self.limits else {}
         given |= {"margin": self.margin} if self.margin is not None else {}
-        return given | ({"starts": self.starts} if self.starts != (REST,) else {})
+        return given | ({"start": self.starts[0]} if self.starts != (REST,) else {})
 
     @property
     def call(self) -> str:
@@ -157,7 +157,7 @@ def _drawn(random: np.random.Generator, count: int) -> Problem:
     metric = str(random.choice({"greatest": GREATEST, "least": LEAST, "cost": COSTS}[str(kind)]))
     margin = float(random.choice([0.01, 0.05, 0.1])) if random.uniform() < 0.2 else None
     count = int(random.choice([0, 1, 2], p=[0.8, 0.15, 0.05]))
-    starts = tuple(map(tuple, random.uniform(-1.0, 1.0, (count, 3)).round(3).tolist()))
+    starts = tuple(map(tuple, random.uniform(-1.0, 1.0, (count, 3)).round(3).tolist()))[:1]
     # A cost alone is least where nothing moves.
     limits = (("speed", ">=", np.inf),) if kind == "cost" else ()
     return Problem(
