@@ -163,7 +163,7 @@ def _block(program: Program, u: Matrix) -> Cells:
     numbers[~grid.allowed] = 0
     moving, every = numbers > 0, grid.metrics(found)
     objective = grid.valued(program.function, every) * program.sign
-    slacks = [
+    slacks: list[Any] = [
         (grid.valued(one.function, every, "subject_to", one.text) - one.value) * one.sign
         for one in program.limits
     ]

@@ -51,7 +51,8 @@ class FrontSearch:
         self.count, self.done, self.ranges = count, False, np.ones(2)
         self.points: list[FrontPoint] = []
         """Points by increasing second metric, of which none is better than another."""
-        self.parts: tuple[FrontPart, ...] = ()
+        self.breaks: list[int] = []
+        """Points after which there is a gap."""
 
     @property
     def program(self) -> Program:
@@ -83,7 +84,6 @@ class FrontSearch:
         same = np.isclose(low.both, high.both, SOLVED, 0.0)
         if same.any() or high.both[0] > low.both[0] or high.both[1] < low.both[1]:
             self.points = [high if high.both[0] < low.both[0] and not same[0] else low]
-            self.parts = (FrontPart(0, 0),)
             return
         self.points, self.ranges = [low, high], abs(high.both - low.both)
         self.survey = FrontSurvey(self.searches[0].program, self.searches[1].program, seed)
@@ -91,10 +91,11 @@ class FrontSearch:
         self.survey.evolve()
         self.fill()
         for low, high, gap in [*zip(self.points, self.points[1:], self.gaps, strict=False)]:
-            if gap:  # the end of the branch before it
-                self.add(self.point(float(low.both[1] + high.both[1]) / 2, low.u))
-        lasts = [*np.flatnonzero(self.gaps).tolist(), len(self.points) - 1]
-        self.parts = tuple(map(FrontPart, [0, *(last + 1 for last in lasts)], lasts))
+            if gap and np.sum(abs(high.both - low.both) / self.ranges) > 2 / self.count:
+                self.add(end := self.point(float(low.both[1] + high.both[1]) / 2, low.u))
+                if end in self.points and low in self.points[1:]:
+                    self.points.remove(low)  # the end of its branch is in its place
+        self.breaks = np.flatnonzero(self.gaps).tolist()
 
     def fill(self) -> None:
         """Make points of the places of the survey's front that are the farthest from all points."""
@@ -170,6 +171,13 @@ class FrontSearch:
     def has_motion(self, optimum: Optimum) -> bool:
         """True if an optimum has an orbit, and is within the limits."""
         return optimum.orbit is not None and optimum.status is not Status.INFEASIBLE
+
+    @property
+    def parts(self) -> tuple[FrontPart, ...]:
+        """Parts of the front between its gaps."""
+        lasts = [*self.breaks, len(self.points) - 1]
+        firsts = [0, *(last + 1 for last in self.breaks)]
+        return tuple(map(FrontPart, firsts, lasts)) if self.points else ()
 
     @property
     def result(self) -> Front:

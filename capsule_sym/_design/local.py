@@ -13,14 +13,14 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.pieces import Piece
-from capsule_sym._design.program import CLOSE, Place, Program
+from capsule_sym._design.program import Place, Program
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, check_time
 
-_EVALUATIONS = 100  # of one search, at most, as SciPy's iterations: beside a border it has no end
+MOST = 100
+"""Evaluations of a search, as SciPy's iterations: beside a border a line search has no end."""
 _PRECISE = 1e-11  # units of the objective: accuracy required of SLSQP
 _LOST = 10.0  # units of the objective: above the start by more than all variation, without a motion
-_STUCK = 8  # evaluations in a row at one place, as beside a border
 _MAX_LOST = 25  # places without a motion: beside a bifurcation each line search meets some
 
 
@@ -29,11 +29,11 @@ class _Enough(Exception):
 
 
 class LocalSearch:
-    """Search from a place, with the places it passed; no variable moves beyond `reach`."""
+    """Search from a place, of a program or on a piece, with the places it passed."""
 
-    def __init__(self, model: Program | Piece, first: Place, reach: float = 1.0) -> None:
-        self.model, self.first, self.evaluations = model, first, 1
-        self.low, self.high = np.maximum(first.u - reach, 0.0), np.minimum(first.u + reach, 1.0)
+    def __init__(self, model: Program | Piece, first: Place, most: int = MOST) -> None:
+        """It ends after `most` evaluations."""
+        self.model, self.first, self.evaluations, self.most = model, first, 1, most
         self.known: dict[bytes, Place | None] = {first.u.tobytes(): first}
         """Places by their variables; None where the motion is lost."""
 
@@ -51,9 +51,9 @@ class LocalSearch:
                 self.first.u,
                 jac=True,
                 method="SLSQP",
-                bounds=[*zip(self.low.tolist(), self.high.tolist(), strict=True)],
+                bounds=[(0.0, 1.0)] * len(self.first.u),
                 constraints=[held] if len(self.first.slacks) else (),
-                options={"maxiter": _EVALUATIONS, "ftol": _PRECISE},
+                options={"ftol": _PRECISE},
             )
         return sorted(self.places, key=lambda place: place.rank)
 
@@ -75,13 +75,11 @@ class LocalSearch:
 
     def place(self, x: Vector) -> Place | None:
         """Place at variables, its motion continued from the nearest known place."""
-        u = np.clip(x, self.low, self.high)
+        u = np.clip(x, 0.0, 1.0)
         if u.tobytes() not in self.known:
             check_time()
-            recent = self.places[-_STUCK:]
-            stuck = len(recent) == _STUCK and all(abs(one.u - u).max() < CLOSE for one in recent)
             lost = len(self.known) - len(self.places)
-            if stuck or self.evaluations == _EVALUATIONS or lost == _MAX_LOST:
+            if self.evaluations == self.most or lost == _MAX_LOST:
                 raise _Enough
             self.evaluations += 1
             near = min(self.places, key=lambda one: float(abs(one.u - u).max()))

@@ -30,10 +30,8 @@ LOST = "border collision"
 MARGIN = 1e-2
 """Distance of the largest multiplier from 1, if stability bounds the best and no margin is given:
 a run needs a thousand periods there."""
-_REACH = (
-    0.05  # largest way of a search on one piece, a share of each range: beyond it rarely exists
-)
 _PIECES = 6  # passed on the way to an optimum, at most: each of six variables may cross a border
+_EVALUATIONS = 30  # of a search on a piece, at most: it begins near to an optimum
 _JUMP = 100  # times the change that the gradient explains: more is another motion, not a kink
 
 
@@ -56,7 +54,8 @@ def with_limit(best: LocalOptimum) -> LocalOptimum:
     place, values = best.place, list[float]()
     margins = min(best.program.margin or 0.0, MARGIN) / np.array([2, 4, 8])
     for margin in margins if best.at_margin else ():
-        closer = _on_piece(replace(best.program, margin=float(margin)), place)
+        program = replace(best.program, margin=float(margin))
+        closer = _on_piece(program, place)
         if not (closer and closer.kkt_satisfied and closer.at_margin):
             return best  # the best is stable within the given margin
         place = closer.place
@@ -99,14 +98,14 @@ def _over_pieces(program: Program, place: Place) -> LocalOptimum | None:
 
 
 def _on_piece(program: Program, place: Place) -> LocalOptimum | None:
-    """Best place on the piece of a place; None if its orbit has no equations."""
+    """Optimum on the piece of a place, near to it; None if its orbit has no equations."""
     piece = Piece(program, place)
     first = piece.at(place.u)
     if first is None:
         return None
     best, found = first, stationary(piece, first)
     if found is None or not _as_good(found, first):
-        best = LocalSearch(piece, first, _REACH).run()[0]
+        best = LocalSearch(piece, first, _EVALUATIONS).run()[0]
         found = stationary(piece, best)
     if found is None or not _as_good(found, best):
         found = balanced(piece, best, CLOSE)

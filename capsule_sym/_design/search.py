@@ -18,7 +18,7 @@ from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.optimum import Optimum, failed_limits, optimum_of
 from capsule_sym._design.polish import BASIN, KINK, MARGIN, bifurcation_of, polish, with_limit
 from capsule_sym._design.program import KEPT, Place, Program
-from capsule_sym._design.stationary import LocalOptimum, balanced
+from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced
 from capsule_sym._design.survey import MEMBERS, Survey, evolved
 from capsule_sym._errors import Status
 from capsule_sym._map.result import record
@@ -129,7 +129,7 @@ class Optimisation:
         for reach in _REACHES:
             low, high = np.maximum(place.u - reach, 0.0), np.minimum(place.u + reach, 1.0)
             bounds = [*zip(low, high, strict=True)]
-            how = {"x0": place.u, "popsize": MEMBERS, "rng": 0}
+            how = {"x0": place.u, "popsize": MEMBERS, "rng": 0, "atol": SOLVED}
             better = self.program.begin(evolved(self.merit, bounds, _GENERATIONS, **how))
             place = better if better is not None and better.rank < place.rank else place
         return place
@@ -169,22 +169,13 @@ class Optimisation:
         return self.empty(Status.INFEASIBLE, _UNSATISFIED + " and ".join(self.program.texts))
 
     def unfinished(self) -> Optimum:
-        """Result at the time limit: the best place, or the best one of the survey."""
-        found, message = self.empty(), "time limit reached: this is the best place so far"
-        if self.optima and (self.best is None or self.level <= self.best.objective):
-            found = optimum_of(min(self.optima, key=lambda one: one.place.objective))
-        elif self.best is not None:
-            found = self.rough(self.best)
-        elif (i := self.survey.best) is not None:
-            system = self.program.system_at(self.survey.cells.u[i])
-            over = {name: float(getattr(system, name)) for name in self.program.names}
-            value = self.program.sign * float(self.survey.cells.objective[i])
-            found = replace(found, system=system, over=over, value=value)
-        else:
-            message = "time limit reached, and no place was found"
-        return replace(found, status=Status.TIME_LIMIT, message=message)
+        """Result at the time limit: the best place that was found."""
+        if self.best is None:
+            return self.empty(Status.TIME_LIMIT, "time limit reached, and no place was found")
+        message = "time limit reached: this is the best place so far"
+        return replace(self.rough(self.best), status=Status.TIME_LIMIT, message=message)
 
-    def empty(self, status: Status = Status.TIME_LIMIT, message: str = "") -> Optimum:
+    def empty(self, status: Status, message: str) -> Optimum:
         """Result without a place."""
         program = self.program
         return Optimum(

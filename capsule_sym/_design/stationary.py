@@ -74,11 +74,15 @@ class LocalOptimum:
 
 def stationary(model: Piece, place: Place) -> LocalOptimum | None:
     """Minimum next to a place, by the set of slacks that are active near to it; None if none."""
+    tried = list[list[bool]]()
     for near in _ACTIVE:
-        with suppress(np.linalg.LinAlgError):  # where an orbit is lost
-            found = _solved(model, place, near)
-            if found.kkt_satisfied:
-                return found
+        active = balanced(model, place, near).multipliers > SOLVED
+        if active.tolist() not in tried:
+            tried.append(active.tolist())
+            with suppress(np.linalg.LinAlgError):  # where an orbit is lost
+                found = _solved(model, place, active)
+                if found.kkt_satisfied:
+                    return found
     return None
 
 
@@ -96,10 +100,10 @@ def balanced(model: Program | Piece, place: Place, near: float = _ACTIVE[-1]) ->
     return _with(model, place, multipliers, sides)
 
 
-def _solved(model: Piece, place: Place, near: float) -> LocalOptimum:
-    """Best place of Newton's method with the slacks and bounds that act near a place."""
-    active, sides = balanced(model, place, near).multipliers > SOLVED, _sides(place.u)
-    free, best = sides == 0, None
+def _solved(model: Piece, place: Place, active: Mask) -> LocalOptimum:
+    """Best place of Newton's method with active slacks, and the bounds that act at a place."""
+    sides, best = _sides(place.u), None
+    free = sides == 0
     place = _at(model, np.where(free, place.u, sides > 0))
     for _ in range(_STEPS):
         rows, multipliers = model.by_u(place.slacks_by)[active][:, free], np.zeros(len(active))
@@ -124,8 +128,11 @@ def _second(model: Piece, found: LocalOptimum, free: Mask) -> Matrix:
     """Second derivatives of the Lagrangian by the free variables, by differences."""
     here, rows = _left(model, found.place, found.multipliers), []
     for along in _DIFFERENCE * np.eye(len(free))[free]:
-        beside = _at(model, found.place.u + along)
-        rows.append((_left(model, beside, found.multipliers) - here)[free] / _DIFFERENCE)
+        try:
+            beside, step = _at(model, found.place.u + along), _DIFFERENCE
+        except np.linalg.LinAlgError:  # beyond a fold
+            beside, step = _at(model, found.place.u - along), -_DIFFERENCE
+        rows.append((_left(model, beside, found.multipliers) - here)[free] / step)
     second = np.array(rows).reshape(free.sum(), free.sum())
     symmetric: Matrix = (second + second.T) / 2
     return symmetric
@@ -143,7 +150,8 @@ def _at(model: Piece, u: Vector) -> Place:
 
 def _sides(u: Vector) -> Vector:
     """-1 for a variable at its lower bound, 1 at its upper bound, 0 between."""
-    return 1.0 * (u > 1 - CLOSE) - (u < CLOSE)
+    sides: Vector = 1.0 * (u > 1 - CLOSE) - (u < CLOSE)
+    return sides
 
 
 def _left(model: Program | Piece, place: Place, multipliers: Vector) -> Vector:

@@ -40,7 +40,6 @@ def evolved(
         bounds,
         maxiter=generations,
         tol=0.0,
-        atol=KEPT,
         polish=False,
         vectorized=True,
         updating="deferred",
@@ -74,12 +73,6 @@ class Survey:
         if not self.flat:
             self._scale()
 
-    @property
-    def best(self) -> int | None:
-        """The best place; None if none has a motion."""
-        merit = self.cells.merit(self.program)
-        return int(np.argmin(merit)) if len(merit) and merit.min() < np.inf else None
-
     def look(self, u: Matrix) -> Vector:
         """Merit of further places, which are kept."""
         cells = evaluate(self.program, u)
@@ -92,7 +85,7 @@ class Survey:
         merit, k = self.cells.merit(self.program), self.cells.u.shape[1]
         best = np.argsort(merit, kind="stable")[: np.isfinite(merit).sum()][: MEMBERS * k]
         if len(best) >= 5:  # the method takes five members
-            begin = {"init": self.cells.u[best], "rng": len(merit)}
+            begin = {"init": self.cells.u[best], "rng": len(merit), "atol": KEPT}
             evolved(self.look, [(0.0, 1.0)] * k, generations, **begin)
 
     def starts(self, most: int) -> list[Vector]:

@@ -113,10 +113,6 @@ REFUSED = [
     ("sweep --P-d 1:2:3 --out s", "--P-d = '1:2:3': must be absent unless --params is a device"),
     ("curve --alpha 1:2 --P-d 1:2 --bifurcation all", "must be absent unless --params is a device"),
     ("sweep --alpha 1:2:3 --out s --workers 1025", "workers = 1025: must be a whole number from"),
-    (
-        "optimise --maximise speed --over omega=0.7:0.8 --tolerance alpha=2",
-        "--tolerance alpha = 2.0: must be a share between 0 and 1",
-    ),
     ("tolerances --tolerance zeta=0.1 --normal alpha=5", "--normal alpha = 5.0: must be a share"),
     ("tolerances --tolerance zeta=5 --normal alpha=0.1", "--tolerance zeta = 5.0: must be a share"),
     ("fit series.csv --unknown alpha=2:1", "--unknown alpha = (2.0, 1.0): must be two ascending"),

@@ -1,5 +1,7 @@
 """Optima in the interior, at bifurcations found by continuation, and at basin boundaries."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -128,6 +130,7 @@ def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins()
 def test_where_a_border_holds_a_place_the_pieces_beyond_are_looked_at() -> None:
     base = Parameters(omega=0.594, delta=0.2535, zeta=0.09, beta=3.83, gamma=2.47)
     program = program_of("velocity", {"alpha": (0.975, 0.995)}, base, False, (), None)
+    program = replace(program, unit=1e-3)  # as by a survey
     cells = [program.begin(np.array([u])) for u in np.linspace(0.01, 0.99, 50)]
     best = min(cells, key=lambda place: place.objective)
     far = next(one for one in cells if one.motion.itinerary != best.motion.itinerary)

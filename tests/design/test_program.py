@@ -9,7 +9,6 @@ import pytest
 import capsule_sym as cs
 from capsule_sym._design import cells as cells_module
 from capsule_sym._design import evaluation, quantities
-from capsule_sym._design import survey as survey_module
 from capsule_sym._design.cells import evaluate
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.pieces import Piece
@@ -241,21 +240,6 @@ def test_an_optimisation_that_is_out_of_time_has_the_best_that_was_found(monkeyp
     assert found.value == pytest.approx(abs(cs.performance(found.orbit).velocity.value), rel=1e-9)
 
 
-def test_a_survey_that_is_out_of_time_has_the_best_cell(monkeypatch) -> None:
-    clock, survey = Clock(monkeypatch, "over"), survey_module.evaluate
-
-    def limited(*given, **how):
-        found = survey(*given, **how)
-        clock.progress("over" * len(given[1]))
-        return found
-
-    monkeypatch.setattr(survey_module, "evaluate", limited)
-    found = cs.optimise("speed", {"alpha": (0.5, 1.5)}, samples=16, max_seconds=LIMIT)
-    assert found.message == "time limit reached: this is the best place so far"
-    speed = abs(cs.performance(cs.solve_orbit(cs.Parameters(**found.over))).velocity.value)
-    assert found.value == pytest.approx(speed, rel=1e-9)
-
-
 def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> None:
     clock, looked, settle = Clock(monkeypatch, "over"), [], cells_module.settle_many
 
@@ -270,7 +254,7 @@ def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> 
     found = cs.optimise("speed", {"alpha": (0.5, 1.5)}, samples=100, max_seconds=LIMIT)
     assert looked == [4]
     unknown = "96 of 100 places are unknown: allow more time, or smaller bounds"
-    assert found.message == f"time limit reached: this is the best place so far; {unknown}"
+    assert found.message == f"time limit reached, and no place was found; {unknown}"
 
 
 @pytest.mark.parametrize("bounds", [{1: "f_b", -1: "gamma"}, {1: "f_b"}, {}])

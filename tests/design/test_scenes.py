@@ -1,7 +1,6 @@
 """Sensitivities, fits and optima of scenes other than the paper's."""
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -146,12 +145,10 @@ def test_an_optimum_beyond_which_the_start_leads_elsewhere_names_the_boundary() 
 
 
 @pytest.mark.long
-def test_a_search_that_ends_where_the_drive_drags_the_device_says_so() -> None:
+def test_a_search_ends_where_the_drive_drags_the_device() -> None:
     """The velocity grows with the mean force, alpha D, up to friction, 1: there is no best."""
     bounds = {"D": (0.2, 0.9)}
     found = cs.optimise(
         "velocity", bounds, cs.scenes.prototype.Parameters(alpha=2), max_seconds=math.inf
     )
     assert (found.status, 2 * found.system.D > 0.99) == ("optimal-at-border", True)
-    told = r"; there the mean force of drive and load, (0\.99\d*|1), nearly reaches friction, 1$"
-    assert re.search(told, found.message)
