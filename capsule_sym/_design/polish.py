@@ -40,8 +40,9 @@ def polish(program: Program, place: Place) -> LocalOptimum | None:
     found = _over_pieces(program, place)
     if found is None or program.margin is not None:
         return found
-    near = 0.0 if found.kkt_satisfied else MARGIN
-    if found.place.motion.multiplier <= 1 - near:
+    if found.kkt_satisfied and found.place.motion.multiplier <= 1:
+        return found
+    if not found.kkt_satisfied and place.motion.multiplier <= 1 - MARGIN:
         return found
     return _over_pieces(replace(program, margin=MARGIN), place)
 
@@ -98,17 +99,20 @@ def _over_pieces(program: Program, place: Place) -> LocalOptimum | None:
 
 
 def _on_piece(program: Program, place: Place) -> LocalOptimum | None:
-    """Optimum on the piece of a place, near to it; None if its orbit has no equations."""
+    """Optimum on the piece of a place, near to it; None if its orbit has no equations.
+
+    If the conditions are not solved there, a search on the piece comes nearer.
+    """
     piece = Piece(program, place)
     first = piece.at(place.u)
     if first is None:
         return None
     best, found = first, stationary(piece, first)
-    if found is None or not _as_good(found, first):
+    if found is None or not _as_good(found, best):
         best = LocalSearch(piece, first, _EVALUATIONS).run()[0]
         found = stationary(piece, best)
     if found is None or not _as_good(found, best):
-        found = balanced(piece, best, CLOSE)
+        found = balanced(piece, best)
     return found
 
 
@@ -124,14 +128,14 @@ def _around(program: Program, found: LocalOptimum) -> Iterator[tuple[Vector, Pla
     The place is None if the motion is lost.
     """
     place, normals = found.place, _normals(found)
-    slope = 1 + abs(program.by_u(place.objective_by)).max()
+    far = CLOSE + place.slacks[found.active_borders[:3]].max()
+    most = _JUMP * far * (1 + abs(program.by_u(place.objective_by)).max())
     for inward in 1 - 2 * np.eye(len(normals)):  # beyond one border, within the others
         way = np.linalg.lstsq(normals, inward, rcond=SOLVED)[0]
         if np.any(way):
             way = way / np.linalg.norm(way)
-            side = program.beside(place, np.clip(place.u + CLOSE * way, 0.0, 1.0))
-            jump = side is None or abs(side.objective - place.objective) > _JUMP * CLOSE * slope
-            yield way, None if jump else side
+            side = program.beside(place, np.clip(place.u + far * way, 0.0, 1.0))
+            yield way, side if side and abs(side.objective - place.objective) <= most else None
 
 
 def _slope(found: LocalOptimum, side: Place, way: Vector) -> float:
