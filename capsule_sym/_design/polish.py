@@ -86,7 +86,13 @@ def _over_pieces(program: Program, place: Place) -> LocalOptimum | None:
         for way, side in _around(program, found):
             lost = lost or side is None
             names.append(side.motion.itinerary if side else ())
-            if side and (not found.kkt_satisfied or _slope(found, side, way) < -SOLVED):
+            if side is None:
+                continue
+            if found.kkt_satisfied:
+                gain = -_slope(found, side, way)
+            else:
+                gain = found.place.objective - side.objective
+            if gain > SOLVED:
                 better = side
                 break
         if better is None:
@@ -129,7 +135,8 @@ def _around(program: Program, found: LocalOptimum) -> Iterator[tuple[Vector, Pla
     """
     place, normals = found.place, _normals(found)
     far = CLOSE + place.slacks[found.active_borders[:3]].max()
-    most = _JUMP * far * (1 + abs(program.by_u(place.objective_by)).max())
+    slope = 1 + abs(program.by_u(place.objective_by)).max()
+    most = (_JUMP * CLOSE + 2 * far) * slope
     for inward in 1 - 2 * np.eye(len(normals)):  # beyond one border, within the others
         way = np.linalg.lstsq(normals, inward, rcond=SOLVED)[0]
         if np.any(way):
