@@ -28,6 +28,7 @@ from capsule_sym._processes import sobol
 SAME = 1e-3
 """Least difference of two points in both metrics, a share of the ranges of the front."""
 _STARTS = 4  # searches for each end: the survey of both metrics may better it
+_PIECES = 2  # on which a point is searched: with more a front with riddled basins takes a minute
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
 
 
@@ -128,7 +129,7 @@ class FrontSearch:
         place = search.descend(search.program.begin(u))
         if place is None or place.beyond:
             return None
-        found = search.solved(place) or search.bounded(place)
+        found = search.solved(place, _PIECES) or search.bounded(place)
         optimum = optimum_of(found)
         slope = optimum.constraints[len(self.program.limits)].multiplier or math.nan
         place = found.place

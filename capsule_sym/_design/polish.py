@@ -30,21 +30,25 @@ LOST = "border collision"
 MARGIN = 1e-2
 """Distance of the largest multiplier from 1, if stability bounds the best and no margin is given:
 a run needs a thousand periods there."""
-_PIECES = 6  # passed on the way to an optimum, at most: each of six variables may cross a border
+PIECES = 6
+"""Pieces passed on the way to an optimum, at most: each of six variables may cross a border."""
 _EVALUATIONS = 30  # of a search on a piece, at most: it begins near to an optimum
 _JUMP = 100  # times the change that the gradient explains: more is another motion, not a kink
 
 
-def polish(program: Program, place: Place) -> LocalOptimum | None:
-    """Best place next to a given one, with a margin if stability bounds it; None if none is."""
-    found = _over_pieces(program, place)
+def polish(program: Program, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
+    """Best place next to a given one, with a margin if stability bounds it; None if none is.
+
+    It is searched on so many pieces at most.
+    """
+    found = _over_pieces(program, place, pieces)
     if found is None or program.margin is not None:
         return found
     if found.kkt_satisfied and found.place.motion.multiplier <= 1:
         return found
     if not found.kkt_satisfied and place.motion.multiplier <= 1 - MARGIN:
         return found
-    return _over_pieces(replace(program, margin=MARGIN), place)
+    return _over_pieces(replace(program, margin=MARGIN), place, pieces)
 
 
 def with_limit(best: LocalOptimum) -> LocalOptimum:
@@ -76,9 +80,9 @@ def bifurcation_of(motion: Motion) -> str:
     return kinds.FOLD if largest.real > 0 else kinds.PERIOD_DOUBLING
 
 
-def _over_pieces(program: Program, place: Place) -> LocalOptimum | None:
+def _over_pieces(program: Program, place: Place, pieces: int) -> LocalOptimum | None:
     """Best place next to a place, over all pieces passed."""
-    for _ in range(_PIECES):
+    for _ in range(pieces):
         found = _on_piece(program, place)
         if found is None or not found.active_borders:
             return found

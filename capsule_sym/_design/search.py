@@ -16,7 +16,15 @@ from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.cells import evaluate
 from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.optimum import Optimum, failed_limits, optimum_of
-from capsule_sym._design.polish import BASIN, KINK, MARGIN, bifurcation_of, polish, with_limit
+from capsule_sym._design.polish import (
+    BASIN,
+    KINK,
+    MARGIN,
+    PIECES,
+    bifurcation_of,
+    polish,
+    with_limit,
+)
 from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced
 from capsule_sym._design.survey import MEMBERS, Survey, evolved
@@ -105,10 +113,10 @@ class Optimisation:
         if unsolved and unsolved[0].objective < self.level - KEPT:
             self.optima.append(self.bounded(self.improved(unsolved[0])))
 
-    def solved(self, place: Place) -> LocalOptimum | None:
+    def solved(self, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
         """Optimum next to a place, if the start leads to it; None if none is found."""
         check_time()
-        found = polish(self.program, place)
+        found = polish(self.program, place, pieces)
         if found and found.kkt_satisfied and self.start_reaches(found.place):
             return with_limit(found)
         return None
