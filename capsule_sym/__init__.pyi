@@ -13,7 +13,6 @@ from capsule_sym._check.check import check_switches as check_switches
 from capsule_sym._design.fit import fit as fit
 from capsule_sym._design.optimise import optimise as optimise
 from capsule_sym._design.pareto import pareto as pareto
-from capsule_sym._design.rig import fit_rig as fit_rig
 from capsule_sym._design.sensitivities import sensitivities as sensitivities
 from capsule_sym._design.tolerances import tolerances as tolerances
 from capsule_sym._enclosures.certificates.certify import certify_bifurcation as certify_bifurcation

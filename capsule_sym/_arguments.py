@@ -45,8 +45,6 @@ _SOURCES = {
     "Shock": "minimal_shock(orbit)",
     "Pulse": "switch_by_pulse(start, end)",
     "Fit": "fit(data, parameters, unknown)",
-    "Rig": "read_rig(file)",
-    "RigRun": "RigRun(name, data, drive)",
     "Front": "pareto(metric, against, over)",
     "Tolerances": "tolerances(metrics, over)",
     "Sweep": "load_sweep(file)",

@@ -162,17 +162,13 @@ class Status(StrEnum):
     #: The measurements do not determine some combination of the unknowns.
     NOT_IDENTIFIABLE = "not-identifiable"
 
-    #: A pulse leads from one attractor to the other; or the boundary leads to a periodic edge
-    #: state, and no knock that was tried is smaller.
+    #: A pulse leads from one attractor to the other; or a knock loses the motion, and no knock that
+    #: was tried is smaller.
     FOUND = "found"
-    #: The boundary has no periodic edge state and may be fractal: the smallest knock tried.
-    SAMPLED = "sampled"
     #: No knock up to the largest loses the motion.
     NOT_LOST = "not-lost"
     #: No pulse within the bounds and the number of periods leads there.
     NO_PULSE = "no-pulse"
-    #: One of the attractors does not exist at an end of the tolerances.
-    ATTRACTOR_LOST = "attractor-lost"
 
     @property
     def success(self) -> bool:
@@ -182,7 +178,7 @@ class Status(StrEnum):
 
 _COMPLETE = {
     *(Status.FINISHED, Status.COMPLETE, Status.CONVERGED, Status.REACHED, Status.OPTIMAL),
-    *(Status.OPTIMAL_AT_BORDER, Status.FOUND, Status.SAMPLED, Status.NOT_LOST),
+    *(Status.OPTIMAL_AT_BORDER, Status.FOUND, Status.NOT_LOST),
 }
 
 

@@ -1,4 +1,4 @@
-"""Arguments of functions besides parameters: plans, series, rigs, paths, settings."""
+"""Arguments of functions besides parameters: plans, series, paths, settings."""
 
 from capsule_sym import _attach
 

@@ -1,10 +1,7 @@
-"""Arguments of functions besides parameters: plans, series, rigs, paths, settings."""
+"""Arguments of functions besides parameters: plans, series, paths, settings."""
 
 from capsule_sym._check.switch_file import read_switches as read_switches
 from capsule_sym._design.measurement_files import read_measured as read_measured
-from capsule_sym._design.rig import Rig as Rig
-from capsule_sym._design.rig import RigRun as RigRun
-from capsule_sym._design.rig import read_rig as read_rig
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath as ParameterPath
 from capsule_sym._orbits.continuation.parameter_paths import device_path as device_path
 from capsule_sym._orbits.continuation.parameter_paths import parameter_path as parameter_path

@@ -1,6 +1,5 @@
 """Orbits by their itineraries; their stability, symmetry, and what leaves their branches."""
 
-from capsule_sym._attractors.destinations import Destinations as Destinations
 from capsule_sym._orbits.continuation.branches.continuing import (
     period_doubling_cascade as period_doubling_cascade,
 )

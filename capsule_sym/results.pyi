@@ -1,17 +1,15 @@
 """Classes of results, and what reads results of files."""
 
-from capsule_sym._attractors.attractors import Attractor as Attractor
-from capsule_sym._attractors.attractors import Attractors as Attractors
+from capsule_sym._attractors.attractor import Attractor as Attractor
+from capsule_sym._attractors.attractor import Attractors as Attractors
 from capsule_sym._attractors.branches import AttractorBranch as AttractorBranch
 from capsule_sym._attractors.branches import Change as Change
 from capsule_sym._attractors.branches import ContinuedAttractors as ContinuedAttractors
-from capsule_sym._attractors.destinations import Arrivals as Arrivals
 from capsule_sym._attractors.pulse import Pulse as Pulse
 from capsule_sym._attractors.pulse import PulseWindow as PulseWindow
 from capsule_sym._attractors.shock import Shock as Shock
-from capsule_sym._check.check import SwitchCheck as SwitchCheck
+from capsule_sym._check.switch_check import SwitchCheck as SwitchCheck
 from capsule_sym._design.fit_result import Fit as Fit
-from capsule_sym._design.fit_result import FittedRun as FittedRun
 from capsule_sym._design.front import Front as Front
 from capsule_sym._design.front import FrontPart as FrontPart
 from capsule_sym._design.optimum import Constraint as Constraint

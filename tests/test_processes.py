@@ -41,7 +41,7 @@ def test_an_interrupt_that_a_library_drops_ends_the_call(place, call, monkeypatc
         call()
 
 
-SEARCHES = ["attractors", "continue_attractors", "fit", "fit_rig", "minimal_shock", "optimise"]
+SEARCHES = ["attractors", "continue_attractors", "fit", "minimal_shock", "optimise"]
 SEARCHES += ["pareto", "run_sweep", "search_orbits", "switch_by_pulse", "tolerances"]
 
 

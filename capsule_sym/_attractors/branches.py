@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
@@ -13,23 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._attractors.attractors import closed_orbit, shown_itinerary
+from capsule_sym._attractors.attractor import closed_orbit, shown_itinerary
 from capsule_sym._attractors.destinations import Cycle
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields, plain, record
 from capsule_sym._map.steady import shown_progression
-from capsule_sym._native import core_of
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
-from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene, SceneParameters
-
-_COLUMNS = (
-    *("attractor", "count", "fraction", "fraction_low", "fraction_high"),
-    *("period_number", "progression", "largest_multiplier", "itinerary"),
-)
 
 
 class Change(NamedTuple):
@@ -96,33 +88,34 @@ class AttractorBranch:
     @cached_property
     def shown(self) -> list[tuple[str, float]]:
         """Itinerary and progression at each value."""
-        scene, periods = self.base.scene, [len(cycle.states) for cycle in self.cycles]
-        if core_of(scene) is not None:
-            rows = np.array([row_at(self.path, self.base, value) for value in self.values])
-            states = np.array([cycle.states[0] for cycle in self.cycles])
-            many = performance_many(rows, states, periods, forces=False, scene=scene)
-            if many.closed.all():
-                each = enumerate(many["progression"].tolist())
-                return [(" ".join(many.itinerary(i)), one) for i, one in each]
         orbits = [self.orbit(i) for i in range(len(self.values))]
         return [(shown_itinerary(one), shown_progression(one.motion)) for one in orbits]
 
     @property
-    def rows(self) -> Iterator[tuple[Any, ...]]:
-        """Row of a table for each value."""
-        each = self.values, self.counts, self.fractions, self.intervals, self.cycles, self.shown
-        for value, count, share, ends, cycle, (text, pace) in zip(*each, strict=True):
-            numbers = value, self.number, count, share, *ends, len(cycle.states), pace
-            yield *numbers, cycle.multiplier, text
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Columns, shape (k,), with a row for each value."""
+        texts, paces = zip(*self.shown, strict=True)
+        return {
+            self.path.name: self.values,
+            "attractor": np.full(len(self.values), self.number),
+            "count": self.counts,
+            "fraction": self.fractions,
+            "fraction_low": self.intervals[:, 0],
+            "fraction_high": self.intervals[:, 1],
+            "period_number": np.array([len(cycle.states) for cycle in self.cycles]),
+            "progression": np.array(paces),
+            "largest_multiplier": np.array([cycle.multiplier for cycle in self.cycles]),
+            "itinerary": np.array(texts, dtype=np.str_),
+        }
 
     def to_dict(self) -> dict[str, Any]:
         """Branch as plain values."""
+        of = self.columns
+        names = "period_number", "progression", "largest_multiplier"
         return {
             **record(self, "number values counts fractions intervals"),
-            "period_numbers": [len(cycle.states) for cycle in self.cycles],
-            "itineraries": [text for text, _ in self.shown],
-            "progressions": [progression for _, progression in self.shown],
-            "largest_multipliers": [cycle.multiplier for cycle in self.cycles],
+            "itineraries": of["itinerary"].tolist(),
+            **{f"{name}s": of[name].tolist() for name in names},
             **record(self, "birth death"),
         }
 
@@ -176,13 +169,9 @@ class ContinuedAttractors(Result, Labelled):
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
         """Columns, shape (k,), with a row for each value of each attractor."""
-        rows = [row for one in self.branches for row in one.rows]
-        kinds = (float, int, int, float, float, float, int, float, float, np.str_)
-        parts = zip((self.name, *_COLUMNS), kinds, strict=True)
-        return {
-            name: np.array([row[i] for row in rows], dtype=kind)
-            for i, (name, kind) in enumerate(parts)
-        }
+        parts = [one.columns for one in self.branches]
+        names = list(parts[0]) if parts else []
+        return {name: np.concatenate([of[name] for of in parts]) for name in names}
 
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""

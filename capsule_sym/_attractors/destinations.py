@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._arguments import checked
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.neighbourhoods import (
     NONE,
@@ -24,18 +23,14 @@ from capsule_sym._attractors.neighbourhoods import (
     run_rows,
     stroboscopic,
 )
-from capsule_sym._errors import InvalidInput, counted
-from capsule_sym._map.checks import check_count
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map.many import spread
-from capsule_sym._map.result import brief, by_fields
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import Scene
 
-MOST = 8192
-"""Largest number of excitation periods of a run."""
 NEUTRAL = 1e-9
 """Distance below 1 of a multiplier within rounding."""
 # The following are distances over 1 + the largest entry of the states.
@@ -76,9 +71,6 @@ class Arrivals(NamedTuple):
     """Final states of the runs at phase 0, (n, 3)."""
     periods: NDArray[np.int64]
     """Excitation periods of each run."""
-
-    def __repr__(self) -> str:
-        return by_fields(self)
 
     @classmethod
     def begun(cls, states: Vector) -> Arrivals:
@@ -147,14 +139,13 @@ class KnownOrbits:
         phases: ArrayLike,
         periods: int,
         *,
-        find: bool = True,
         report: Callable[[int], object] | None = None,
     ) -> Arrivals:
         """Continue n runs until they have arrived, for at most so many excitation periods.
 
-        `groups`, (n,), is the row of each run's parameters, `phases` are those of the starts. With
-        `find` unknown orbits are solved and added. `report` is called with the number of runs that
-        are over. Raises TimeUp if the present watch is over; the runs keep their last states.
+        `groups`, (n,), is the row of each run's parameters, `phases` are those of the starts.
+        Unknown orbits are solved and added. `report` is called with the number of runs that are
+        over. Raises TimeUp if the present watch is over; the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
         numbers, repeats, ends, passed = runs
@@ -170,11 +161,8 @@ class KnownOrbits:
                 ends[left], times[left], passed[left] = marks[:, -1], 0.0, done
                 change, guess = _changes(marks)
                 at_rest = change <= (_REPEATED if done < periods else _SETTLED)
-                if find:
-                    guess[~(at_rest | (change <= _NEARLY))] = 0
-                    numbers[left] = self.identify(groups[left], ends[left], guess, at_rest)
-                else:
-                    numbers[left] = self.inside(groups[left], ends[left])
+                guess[~(at_rest | (change <= _NEARLY))] = 0
+                numbers[left] = self.identify(groups[left], ends[left], guess, at_rest)
                 open_ = numbers[left] == NONE
                 repeats[left] = open_ & at_rest
                 left = left[open_ & ~at_rest]
@@ -292,7 +280,7 @@ def _once(marks: Vector, number: int, multiplier: float, scale: float) -> Cycle 
 def known_orbits(orbits: Sequence[Orbit], threads: int = 1, share: float = 1.0) -> KnownOrbits:
     """Stable orbits of one parameter set, in this order.
 
-    Raises InvalidInput as `Destinations` does.
+    Raises InvalidInput for orbits that are unstable, or not at the same parameters.
     """
     if not orbits:
         raise InvalidInput("orbits", orbits, "one orbit or more")
@@ -309,50 +297,3 @@ def known_orbits(orbits: Sequence[Orbit], threads: int = 1, share: float = 1.0) 
     ]
     found.numbered([0] * len(cycles), cycles)
     return found
-
-
-@checked
-class Destinations:
-    """Known attractors of one parameter set, to which starts are assigned.
-
-    `orbits` are stable periodic orbits at the same parameters; `states` are those of each at phase
-    0, shape (period_number, 3). All quantities are dimensionless. Raises InvalidInput for orbits
-    that are unstable, or not at the same parameters.
-    """
-
-    def __init__(self, orbits: Sequence[Orbit], *, threads: int = 1) -> None:
-        self._known = known_orbits(orbits, threads)
-        self.orbits = tuple(whole_orbit(orbit) for orbit in orbits)
-        self.states = tuple(cycle.states for cycle in self._known.cycles[0])
-
-    @property
-    def neighbourhoods(self) -> Neighbourhoods:
-        """Neighbourhoods of the attractors' states within which a run has arrived."""
-        return self._known.near[0]
-
-    def __repr__(self) -> str:
-        return brief(self, counted(len(self.states), "attractor"))
-
-    @checked
-    def of(
-        self, states: ArrayLike, phases: ArrayLike = 0.0, periods: int = MOST
-    ) -> NDArray[np.int16]:
-        """Attractor number of each start, shape (n,), NONE for none of them.
-
-        Arguments are those of `arrivals`.
-        """
-        return self.arrivals(states, phases, periods).numbers
-
-    @checked
-    def arrivals(self, states: ArrayLike, phases: ArrayLike = 0.0, periods: int = MOST) -> Arrivals:
-        """Attractors at which runs from states, (n, 3), at phases, (n,) or one, arrive.
-
-        Each run lasts at most `periods` excitation periods, until it is so near to an attractor
-        that it stays there, or repeats itself on another orbit. Raises TimeUp if the present watch
-        is over, and InvalidInput as `simulate_many` does.
-        """
-        check_count("periods", periods, 2)
-        starts = np.atleast_2d(np.asarray(states, dtype=float))
-        starts = spread("states", starts, (len(starts), 3))
-        groups = np.zeros(len(starts), np.intp)
-        return self._known.destination(groups, Arrivals.begun(starts), phases, periods, find=False)

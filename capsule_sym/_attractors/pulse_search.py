@@ -21,21 +21,19 @@ from capsule_sym._attractors.neighbourhoods import run_rows
 from capsule_sym._attractors.pulse import Interval, pulsed
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_start, checked_ends
-from capsule_sym._orbits.continuation.branches.continuing import continue_straight
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import same, whole_orbit
-from capsule_sym._parameters import SceneParameters
 from capsule_sym._systems import System, check_parameter, dimensionless, drives
 
 _FINEST = 1e-9  # least spacing of values, over the range: the accuracy of an interval's ends
 _END = 1  # number of the end attractor among the known ones
 
 
-class Case(NamedTuple):
-    """Pulses at one end of the tolerances."""
+class PulseRuns(NamedTuple):
+    """Runs of pulses, and the attractors to which they lead."""
 
     known: KnownOrbits
-    """Attractors there: that of the start, that of the end, and those that runs have reached."""
+    """Attractors: that of the start, that of the end, and those that runs have reached."""
     starts: Vector
     """States at phase 0 of the attractor at the start, (period number, 3)."""
     column: int
@@ -58,18 +56,18 @@ class Case(NamedTuple):
 
 
 def intervals(
-    cases: Sequence[Case], periods: int, begins: int, low: float, high: float, count: int
+    runs: PulseRuns, periods: int, begins: int, low: float, high: float, count: int
 ) -> list[Interval]:
-    """Intervals in a range in which the pulse leads to the end in all cases, in ascending order.
+    """Intervals in a range in which the pulse leads to the end, in ascending order.
 
     The grid has `count` values.
     """
     values = np.linspace(low, high, count)
-    reached = _reached(cases, values, periods, begins)
+    reached = runs.reached(values, periods, begins)
     most = 10 * count  # beside a fractal boundary values differ down to the least spacing
     while len(values) < most:
         gaps = np.diff(values)
-        differ = (np.diff(reached, axis=0) != 0).any(axis=1) & (gaps > _FINEST * (high - low))
+        differ = (np.diff(reached) != 0) & (gaps > _FINEST * (high - low))
         # The widest gaps first, if there is no room for all.
         chosen = np.flatnonzero(differ)[np.argsort(-gaps[differ], kind="stable")]
         if not chosen.size:
@@ -77,20 +75,11 @@ def intervals(
         between = values[chosen[: most - len(values)]]
         between = between + gaps[chosen[: len(between)]] / 2
         order = np.argsort(joined := np.append(values, between), kind="stable")
-        more = _reached(cases, between, periods, begins)
+        more = runs.reached(between, periods, begins)
         values, reached = joined[order], np.concatenate([reached, more])[order]
-    leads = np.concatenate([[False], (reached == _END).all(axis=1), [False]])
+    leads = np.concatenate([[False], reached == _END, [False]])
     ends = np.flatnonzero(np.diff(leads.astype(int)))
     return [*zip(values[ends[::2]].tolist(), values[ends[1::2] - 1].tolist(), strict=True)]
-
-
-def _reached(cases: Sequence[Case], values: Vector, periods: int, begins: int) -> NDArray[np.int16]:
-    """Attractors to which pulses lead in each case, (n, cases), -1 after a case not at the end."""
-    found, left = np.full((len(values), len(cases)), -1, np.int16), np.arange(len(values))
-    for i, case in enumerate(cases):
-        found[left, i] = case.reached(values[left], periods, begins)
-        left = left[found[left, i] == _END]
-    return found
 
 
 def checked(
@@ -130,21 +119,3 @@ def checked(
 def stable(multipliers: Iterable[complex]) -> bool:
     """True if an orbit with these multipliers is stable beyond rounding."""
     return max(map(abs, multipliers), default=0.0) < 1 - NEUTRAL
-
-
-class AttractorLost(Exception):
-    """Raised if an attractor does not exist at an end of the tolerances, with the reason."""
-
-
-def carried(orbit: Orbit, parameters: SceneParameters, factors: Mapping[str, float]) -> Orbit:
-    """Orbit continued to other parameters along a straight line; raises AttractorLost."""
-    branch = continue_straight(orbit, parameters, points=5)
-    if branch is None:
-        return orbit
-    if branch.success and all(stable(point.multipliers) for point in branch.points):
-        return whole_orbit(branch.points[-1].orbit)
-    at = ", ".join(f"{name} by {by - 1:+.3g}" for name, by in factors.items())
-    why = branch.message if not branch.success else "it is not stable on the way"
-    raise AttractorLost(
-        f"{orbit.itinerary} does not last to the end of the tolerances, {at}: {why}"
-    )

@@ -25,6 +25,7 @@ from capsule_sym._parameters import Scene
 _SAMPLES = 100, 10_000_000  # final knocks: enough to say something; some hours
 _LONGEST = 64, 1_000_000  # excitation periods within which a run has to return
 _DRAWN = 1e-3  # share of the knock by which the runs that are drawn start beside the boundary
+_SHOWN = 64  # excitation periods of these runs
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +50,6 @@ class Shock(Result):
     """Time of the knock, from 0 to the end of the motion's period."""
     start: Vector | None
     """State of the motion before the knock, shape (3,)."""
-    edge: Orbit | None
-    """Edge state: the unstable orbit to which the boundary leads from the knock."""
     attractor: Orbit | None
     """Attractor of runs from just beyond; None if they settle on no periodic motion."""
     tried: int
@@ -87,12 +86,8 @@ class Shock(Result):
         if self.start is None or self.knock is None or self.phase is None:
             raise InvalidInput("shock", self, "a result with a knock")
         parameters, phase = self.orbit.parameters, self.phase % self.orbit.parameters.period
-        periods = 24
-        if self.edge is not None:  # thrice the time in which they part, and a glance at the rest
-            rate = math.log(abs(self.edge.multipliers[0])) / self.edge.itinerary.period_number
-            periods = min(512, periods + math.ceil(3 * -math.log(_DRAWN) / rate))
         inner, outer = (
-            simulate(parameters, (self.start + share * self.knock).tolist(), phase, periods)
+            simulate(parameters, (self.start + share * self.knock).tolist(), phase, _SHOWN)
             for share in (1 - _DRAWN, 1 + _DRAWN)
         )
         return inner, outer
@@ -105,7 +100,7 @@ class Shock(Result):
             state = getattr(self, key)
             names = () if state is None else self.scene.facts.STATE
             found[key] = dict(zip(names, plain(state) or (), strict=True)) or None
-        orbits = {"motion": self.orbit, "edge": self.edge, "attractor": self.attractor}
+        orbits = {"motion": self.orbit, "attractor": self.attractor}
         for key, orbit in orbits.items():
             found[key] = None if orbit is None else _orbit_record(orbit)
         return {**self.scene.entry, **found}
@@ -136,9 +131,10 @@ def minimal_shock(
 
     A shock is a sudden change of (x_r, v_r, v_c). The motion is lost if it leads to another
     attractor, or has not returned within `periods` excitation periods. Shocks at all times of the
-    motion's period are tried, of growing size, up to `largest`. The smallest one that loses the
-    motion is made smaller by random changes of its time and direction, while one of them still
-    loses it. At the end `samples` smaller shocks are tried, none of which loses the motion.
+    motion's period are tried, of growing size, up to `largest`. The smallest ones that lose the
+    motion, in up to six directions, are made smaller by random changes of time and direction,
+    while one of them still loses it. At the end `samples` smaller shocks are tried, none of which
+    loses the motion.
 
     The shock leads to the nearest point of the boundary, within 1e-4 of its size. It is not proved
     that no other part of the boundary is nearer. A run that the core cannot decide has a tenth of
@@ -174,10 +170,8 @@ def minimal_shock(
     -------
     Shock
         `knock` is the change of the state, `size` its size, `phase` its time, `start` the state
-        before it. `edge` is the edge state: the unstable orbit to which the boundary leads.
-        `attractor` is the motion beyond. `status` is "found", "sampled" if no periodic edge state
-        was found, "not-lost" if no shock up to `largest` loses the motion, or "time-limit". All
-        quantities are dimensionless.
+        before it, `attractor` the motion beyond. `status` is "found", "not-lost" if no shock up to
+        `largest` loses the motion, or "time-limit". All quantities are dimensionless.
 
     Raises
     ------
@@ -229,7 +223,6 @@ def minimal_shock(
         orbit=basin.orbit,
         weights=tuple(weights),
         size=search.radius,
-        edge=search.edge,
         attractor=beyond,
         tried=search.tried,
         status=search.status,
@@ -260,11 +253,8 @@ def _message(search: KnockSearch, attractor: Orbit | None) -> str:
     if search.status is Status.TIME_LIMIT:
         return f"time limit reached: smallest of {tried} so far"
     where = "to another motion" if attractor is not None else "to no periodic motion"
-    edge = "has no periodic edge state, and may be fractal"
-    if search.edge is not None:
-        edge = f"leads to an edge state of multiplier {search.edge.multipliers[0].real:.6g}"
     before = counted(search.tried - search.samples, "knock was", "knocks were")
     return (
-        f"the boundary {edge}; beyond it runs lead {where}; {before} tried to find "
-        f"it, then {counted(search.samples, 'smaller one')}, after which the motion returned"
+        f"beyond the boundary runs lead {where}; {before} tried to find it, then "
+        f"{counted(search.samples, 'smaller one')}, after which the motion returned"
     )

@@ -1,8 +1,8 @@
 """Search for the smallest knock after which a motion is lost.
 
-Knocks at all times of the motion's period are sampled on a sphere in the state space. The sphere
-shrinks to the smallest knock that loses the motion. That is polished by samples next to it, at
-distances of all orders. At the end smaller samples are tried again.
+Knocks at all times of the motion's period are sampled on spheres in the state space. The sphere
+grows until knocks lose the motion; each part of the boundary that is found is followed to its
+smallest knock, by random changes at distances of all orders. At the end smaller samples are tried.
 """
 
 from __future__ import annotations
@@ -16,14 +16,16 @@ from numpy.typing import NDArray
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin, bisect
 from capsule_sym._errors import Status
-from capsule_sym._orbits.shooting.orbit import Orbit
 
 ACCURACY = 1e-4
 """Relative accuracy of a minimal shock."""
 WIDTH = 0.01 * ACCURACY
 """Relative distance of two knocks between which the boundary is."""
 _GENERATION = 768  # knocks at once, some 0.1 s
-_QUIET = 3 * _GENERATION  # knocks in a row that return, before the best one is polished
+_FEW = 64  # knocks that show one part of the boundary
+_BEYOND = 1.25  # size, over the smallest one found, of knocks that show other parts of the boundary
+_PARTS, _APART = 5, 0.3  # largest number of these parts, and distance of their directions
+_COARSE = 1e-3  # share by which knocks of other parts become smaller, before the best is chosen
 _STILL, _LAST = 12, 8  # generations in a row that end a polish; best knocks of which it learns
 _LARGEST = 4.0  # radius, over the motion's size, up to which knocks are tried by default
 
@@ -53,40 +55,39 @@ class KnockSearch:
         self.near = 0.1 * float(abs(units).sum(axis=0).min())
         self.best: Vector | None = None
         """Smallest knock so far, as a point."""
-        self.trail: list[Vector] = []
-        """Smallest knocks in the order in which they were found."""
-        self.edge: Orbit | None = None
         self.tried, self.status = 0, Status.TIME_LIMIT
 
     def run(self) -> None:
-        """Grow a sphere until a knock loses the motion, shrink it, and polish the smallest knock.
+        """Grow a sphere until a knock loses the motion, and polish the smallest knocks found.
 
-        This is repeated while a smaller knock is found that loses the motion. Then the boundary is
-        followed to its edge state.
+        Smaller knocks are tried until `samples` in a row return.
         """
-        while self.best is None:
+        while (first := self._smallest(self._all_over(_GENERATION), self.radius)) is None:
             self.report(f"knocks of {self.radius:.3g}")
-            self._try(self._all_over(_GENERATION), self.radius)
-            if self.best is None and self.radius >= self.largest:
+            if self.radius >= self.largest:
                 self.status = Status.NOT_LOST
                 return
-            if self.best is None:
-                self.basin.near = self.near * self.radius
-                self.radius = min(2 * self.radius, self.largest)
-        self._shrink(_QUIET)
-        while True:
-            self.report(f"a knock of {self.radius:.6g}: looking for nearer points of the boundary")
-            self._polish()
-            self.report(f"a knock of {self.radius:.6g}: trying smaller ones")
-            if not self._shrink(self.samples):
+            self.basin.near = self.near * self.radius
+            self.radius = min(2 * self.radius, self.largest)
+        known = [first, self._polish(first, _COARSE)]
+        points = resized(self._all_over(4 * _GENERATION), _BEYOND * self.radius)
+        points = points[self.lost(points)]
+        while len(known) <= 2 * _PARTS and len(points := self._apart(points, known)):
+            some = points[:_FEW]
+            if (other := self._smallest(some, sizes(some), _COARSE)) is None:
                 break
-        self.report(f"a knock of {self.radius:.6g}: looking for its edge state")
-        self.basin.patience = self.basin.periods
-        ends = np.stack([self.best, self.best])
-        ends[0, 1:] *= 1 - 2 * WIDTH
-        (time, _), states = self.starts(ends)
-        self.edge = self.basin.edge_state(float(time), *states)
-        self.status = Status.SAMPLED if self.edge is None else Status.FOUND
+            known += [other, self._polish(other, _COARSE)]
+        self._polish(min(known, key=lambda one: float(sizes(one[None])[0])), WIDTH)
+        left = self.samples
+        while left > 0:
+            self.report(f"a knock of {self.radius:.6g}: trying smaller ones")
+            count = min(left, _GENERATION)
+            shares = np.exp(self.random.uniform(math.log(ACCURACY), math.log(0.7), count))
+            smaller = self._smallest(self._all_over(count), self.radius * (1 - shares))
+            if smaller is not None:
+                self._polish(smaller, WIDTH)
+            left = left - count if smaller is None else self.samples
+        self.status = Status.FOUND
 
     def starts(self, points: Vector) -> tuple[Vector, Vector]:
         """Times within the motion's period, (n,), and states after knocks at them, (n, 3)."""
@@ -103,74 +104,58 @@ class KnockSearch:
         points[:, 0] = self.random.uniform(0, self.turn, count)
         return resized(points, 1.0)
 
-    def _near(self, points: Vector, least: float, most: float) -> Vector:
-        """Knocks of size 1 near others, at distances of all orders from 10^least to 10^most."""
-        far = 10 ** self.random.uniform(least, most, points.shape)
-        far[:, 0] /= math.tau  # a radian of the forcing counts as one of direction
-        return resized(points + far * self.random.normal(size=points.shape), 1.0)
+    def _apart(self, points: Vector, known: list[Vector]) -> Vector:
+        """Knocks whose times and directions are not near to those of known ones."""
+        apart = abs(resized(points, 1.0)[:, None] - resized(np.array(known), 1.0))
+        apart[..., 0] %= self.turn
+        apart[..., 0] = np.minimum(apart[..., 0], self.turn - apart[..., 0])
+        return points[apart.max(axis=2).min(axis=1) > _APART]
 
-    def _shrink(self, enough: int) -> bool:
-        """Try smaller knocks until so many in a row return; True if one does not.
+    def _polish(self, best: Vector, width: float) -> Vector:
+        """Smallest knock next to one: random changes, while a smaller one loses the motion.
 
-        A third is drawn all over, one near the best, and one near the others with the longest
-        returns: they are next to the boundary of the basin.
+        A change counts if it makes the knock smaller by more than a share `width`. Half of the
+        changes are along the differences of the last knocks, which lie along the edges of the
+        boundary. A simplex search sticks at such edges.
         """
-        points, waits = self._all_over(_GENERATION), np.zeros(_GENERATION)
-        left, first = enough, self.radius
-        while left > 0:
-            assert self.best is not None
-            count, before = min(left, _GENERATION), self.radius
-            best, third = resized(self.best[None], 1.0), count // 3
-            apart = points - best
-            apart[:, 0] = (apart[:, 0] + self.turn / 2) % self.turn - self.turn / 2
-            # Knocks within a tenth of the best one have the longest returns of all.
-            waits[abs(apart).max(axis=1) < 0.1] = 0
-            slowest = self.random.choice(np.argsort(-waits)[: count // 16 + 1], third)
-            near = self._near(np.concatenate([best.repeat(third, 0), points[slowest]]), -4, -0.3)
-            points = np.concatenate([self._all_over(count - 2 * third), near])
-            shares = np.exp(self.random.uniform(math.log(ACCURACY), math.log(0.7), count))
-            waits = self._try(points, self.radius * (1 - shares))
-            left = enough if self.radius < before else left - count
-        return self.radius < first
-
-    def _polish(self) -> None:
-        """Try knocks next to the best one, smaller by a hair, until none loses the motion.
-
-        Half of them are moved along the differences of the last ones, which lie along the edges of
-        the boundary. A simplex search sticks at such edges.
-        """
-        still, count = 0, _GENERATION // 4
-        while still < _STILL:
-            assert self.best is not None
-            before, best = self.radius, resized(self.best[None], 1.0)
-            last = resized(np.array(self.trail[-_LAST:]), 1.0)
-            points = self._near(best.repeat(count, axis=0), -5, -1)
-            along = best - self.random.choice(last, count // 2)
+        found = self._smallest(best[None], sizes(best[None]), width)
+        best = best if found is None else found
+        trail, still, count = [best], 0, _GENERATION // 4
+        while still < (_STILL if width == WIDTH else _STILL // 4):
+            radius, way = float(sizes(best[None])[0]), resized(best[None], 1.0)
+            self.report(f"a knock of {radius:.6g}: looking for nearer points of the boundary")
+            far = 10 ** self.random.uniform(-5, -1, (count, len(best)))
+            far[:, 0] /= math.tau  # a radian of the forcing counts as one of direction
+            points = way + far * self.random.normal(size=far.shape)
+            along = way - self.random.choice(resized(np.array(trail[-_LAST:]), 1.0), count // 2)
             points[::2] += self.random.normal(size=(count // 2, 1)) * along
-            self._try(points, self.radius * (1 - WIDTH))
-            still = 0 if self.radius < before * (1 - 2 * WIDTH) else still + 1
+            found = self._smallest(points, radius * (1 - width), width)
+            nearer = found is not None and sizes(found[None])[0] < radius * (1 - 2 * width)
+            still = 0 if nearer else still + 1
+            if found is not None:
+                best = found
+                trail.append(best)
+        return best
 
-    def _try(self, points: Vector, radii: Vector | float) -> Vector:
-        """Excitation periods until runs return from knocks at other sizes, inf if lost.
-
-        Of those that are lost the least knock in their directions is taken.
-        """
+    def _smallest(
+        self, points: Vector, radii: Vector | float, width: float = WIDTH
+    ) -> Vector | None:
+        """Least knock, in the directions of knocks at other sizes that lose the motion, or None."""
         self.tried += len(points)
+        best: Vector | None = None
         points = resized(points, radii)
-        waits = self.basin.returns(*self.starts(points))
-        lost = points[np.isinf(waits)]
+        lost = points[self.lost(points)]
         while len(lost):
             outside = lost[sizes(lost).argmin()]
             inside = resized(outside[None], 0.0)[0]
-            least = bisect(self.lost, inside, outside, WIDTH)[[1]]
+            least = bisect(self.lost, inside, outside, width)[[1]]
             if self.basin.stays_lost(*self.starts(least)):
-                self.best, self.radius = least[0], float(sizes(least)[0])
-                self.trail.append(self.best)
-                self.basin.near = self.near * self.radius
-                self.report(f"a knock of {self.radius:.6g}")
-                lost = resized(lost, self.radius * (1 - 2 * WIDTH))
+                best, size = least[0], float(sizes(least)[0])
+                if self.best is None or size < self.radius:
+                    self.best, self.radius, self.basin.near = best, size, self.near * size
+                lost = resized(lost, size * (1 - 2 * width))
             lost = lost[self.lost(lost)]
-        return waits
+        return best
 
 
 def sizes(points: Vector) -> Vector:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
-from enum import StrEnum
-from itertools import groupby, pairwise, zip_longest
+from itertools import groupby, pairwise
 from typing import Any
 
 import numpy as np
@@ -14,154 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._check.growth import growth_of_errors
 from capsule_sym._check.matching import Pair, matched
+from capsule_sym._check.switch_check import Cause, Difference, Entered, SwitchCheck
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, evaluation, simulate
 from capsule_sym._map.backend import backend
-from capsule_sym._map.result import brief
 from capsule_sym._parameters import Scene, SceneParameters
 
-_MOST = 10_000  # switches
+_MOST = 10_000  # switches, which the table of the comparison has room for
 _SLACK = 0.125  # of a period of the drive or of the spring: times that are closer may be one
-_UNIT = 2.0**-53
+_UNIT = 2.0**-53  # relative rounding of a double
 _SETUP = 1e6  # error of a segment over the tolerance, which no tolerance explains
-_RESTART = 1e-9  # time after a switch within which another is the same one, found again
-
-
-@dataclass(frozen=True)
-class Entered:
-    """A switch: its time, dimensionless, and the field entered."""
-
-    time: float
-    event: str
-
-
-class Cause(StrEnum):
-    """Reason why an integrator misses or invents a switch."""
-
-    #: Its errors, as large as they were before, suffice: a smaller tolerance is needed.
-    TOLERANCE = "tolerance"
-    #: Its errors are small, and the motion has magnified them to its own size.
-    GROWTH = "growth of errors"
-    #: Its errors are far above its tolerance: it does not locate switches within a step, or has
-    #: other parameters, units, equations or start.
-    SETUP = "set-up"
-    #: Its errors are too small to explain it: the event search passed over it.
-    SEARCH = "search"
-    #: It found a switch again at the start of the next segment.
-    RESTART = "restart"
-    #: An earlier difference changed the motion.
-    EARLIER = "earlier difference"
-    #: There is no switch before from which its errors could be known.
-    UNKNOWN = "unknown"
-
-
-@dataclass(frozen=True)
-class Difference:
-    """Switches in a row that one of two lists does not have."""
-
-    missed: tuple[Entered, ...]
-    invented: tuple[Entered, ...]
-    cause: Cause
-    gap: float | None
-    """Least time between missed switches and their neighbours, which the search has to resolve."""
-    needed: float | None
-    """Error of a segment's state below which the missed switches are there."""
-    agrees_again: float | None
-    """Time from which on both lists agree again; None if they do not."""
-
-    @property
-    def time(self) -> float:
-        """Time of the first switch that is missed or invented."""
-        return min(event.time for event in (*self.missed, *self.invented))
-
-
-@dataclass(frozen=True, eq=False)
-class SwitchCheck:
-    """Switches of an integrator beside the exact ones; all dimensionless."""
-
-    exact: tuple[Entered, ...]
-    """The exact switches, by 50 digits, up to where a double can follow the motion."""
-    given: tuple[Entered, ...]
-    """The switches given up to there."""
-    pairs: tuple[Pair, ...]
-    """Places in both lists, in the order of time; None where a list has no such switch."""
-    errors: NDArray[np.float64]
-    """Given time less exact time of each pair, nan where one is missing; shape (pairs,)."""
-    growth: NDArray[np.float64]
-    """Largest shift of each exact switch by errors of size 1, one a segment; shape (exact,)."""
-    segment_error: float | None
-    """Error that some segment's state has at least, by the switches before the first difference.
-
-    None where there is no such switch.
-    """
-    horizon: float
-    """Time up to which switches are compared; infinite if a double can follow the whole motion."""
-    own_horizon: float
-    """Time from which on the integrator's own errors have grown to the size of the motion."""
-    differences: tuple[Difference, ...]
-    used: float | None
-    """Tolerance that the integrator had, if it is known."""
-    message: str
-    """Verdict as a sentence."""
-
-    @property
-    def success(self) -> bool:
-        """True if no switch up to the horizon is missing or invented."""
-        return not self.differences
-
-    @property
-    def needed(self) -> float | None:
-        """Error of a segment's state below which no switch is missed; None if it is not known."""
-        return min((one.needed for one in self.differences if one.needed), default=None)
-
-    @property
-    def latest(self) -> tuple[float, Entered, float] | None:
-        """Largest error of a time before the first difference, its exact switch, and the growth."""
-        first = next((k for k, one in enumerate(self.pairs) if None in one), len(self.pairs))
-        if not first:
-            return None
-        k = int(np.argmax(np.abs(self.errors[:first])))
-        place = self.pairs[k].true or 0
-        return float(self.errors[k]), self.exact[place], float(self.growth[place])
-
-    @property
-    def tolerance(self) -> float | None:
-        """Tolerance with which no switch would be missed; None if the one used is small enough.
-
-        The error of a segment is assumed to be proportional to the tolerance, and at least equal.
-        """
-        if not self.used or not self.needed or self.differences[0].cause is Cause.SETUP:
-            return None
-        found = self.needed / max((self.segment_error or 0.0) / self.used, 1.0)
-        return found if found <= self.used else None
-
-    def record(self) -> dict[str, Any]:
-        """The comparison as a plain record."""
-        switches = []
-        for (a, b), error in zip(self.pairs, self.errors.tolist(), strict=True):
-            true = None if a is None else self.exact[a]
-            given = None if b is None else self.given[b]
-            switches.append(
-                {
-                    "event": getattr(true or given, "event", None),
-                    "exact": true and true.time,
-                    "given": given and given.time,
-                    "error": error if true and given else None,
-                    "growth": None if a is None else float(self.growth[a]),
-                }
-            )
-        names = ("message", "segment_error", "needed", "tolerance")
-        return {
-            "right": self.success,
-            **{name: getattr(self, name) for name in names},
-            "horizon": None if self.horizon == math.inf else self.horizon,
-            "own_horizon": None if self.own_horizon == math.inf else self.own_horizon,
-            "differences": [asdict(one) for one in self.differences],
-            "switches": switches,
-        }
-
-    def __repr__(self) -> str:
-        return brief(self, self.message)
 
 
 def check_switches(
@@ -258,28 +118,28 @@ def check_switches(
     # The run in doubles gives the time up to which they can follow the motion.
     settings: dict[str, Any] = {"max_segments": 2 * _MOST}
     first = simulate(*start, periods=_periods(until, parameters), **settings)
-    size = max(1.0, *(abs(float(x)) for one in first.segments for x in one.end_state))
-    horizon = _first(_UNIT * size * growth_of_errors(first) >= slack, _times(first))
+    size, growth = abs(first.records["end"]).max(initial=1.0), growth_of_errors(first)
+    lost = np.flatnonzero(_UNIT * size * growth >= slack)
+    horizon = float(_times(first)[lost[0]]) if len(lost) else math.inf
     settings |= {"max_seconds": max_seconds, "progress": progress, "backend": "mpmath"}
     truth = simulate(*start, periods=_periods(min(until, horizon), parameters), **settings)
     why = "no double can follow"
     if not truth.success:
         horizon, why = truth.span[1], f"the exact run stopped: {truth.message}"
-
-    ends = _times(truth)
-    judged = sum(float(time) < min(horizon, until) for time in ends)
-    ends, growth = ends[:judged], growth_of_errors(truth)[:judged]
-    exact = tuple(Entered(float(t), s.name) for t, s in zip(ends, truth.segments[1:], strict=False))
+    entered = zip(map(float, _times(truth)), truth.segments[1:], strict=False)
+    exact = tuple(Entered(t, one.name) for t, one in entered if t < min(horizon, until))
     timed = zip(found.tolist(), names, strict=True)
     given = tuple(Entered(time, name) for time, name in timed if time < horizon)
     pairs = matched(_columns(exact), _columns(given), slack, min(last, horizon - slack))
-    errors = np.array([_error(pair, ends, given) for pair in pairs])
+    errors = np.full(len(pairs), np.nan)
+    for k, (a, b) in enumerate(pairs):
+        if a is not None and b is not None:
+            errors[k] = given[b].time - exact[a].time
+    growth = growth[: len(exact)]
     own = _segment_error(pairs, errors, exact, growth, resolution)
-    grown = (own or 0.0) * growth >= slack
-    own_horizon = exact[int(np.argmax(grown))].time if grown.any() else horizon
-    differences = _differences(exact, given, pairs, growth, (own, tolerance), own_horizon)
+    differences = _differences(exact, given, pairs, growth, own, tolerance)
     message = _message(differences, len(given), horizon, why)
-    rest = own, horizon, own_horizon, tuple(differences), tolerance, message
+    rest = own, horizon, tuple(differences), tolerance, message
     return SwitchCheck(exact, given, tuple(pairs), errors, growth, *rest)
 
 
@@ -311,17 +171,11 @@ def _periods(end: float, parameters: SceneParameters) -> int:
     return max(1, math.ceil(end / parameters.period))
 
 
-def _first(there: NDArray[np.bool_], times: NDArray[np.object_]) -> float:
-    """First of the times at which something is there; infinite if it never is."""
-    return float(times[int(np.argmax(there))]) if there.any() else math.inf
-
-
-def _times(run: Trajectory) -> NDArray[np.object_]:
-    """Times of the switches of a run, (m,), with all its digits."""
+def _times(run: Trajectory) -> list[Any]:
+    """Times of the switches of a run, with all its digits."""
     with backend("numpy" if run.backend == "c" else run.backend, run.scene) as numbers:
         period = numbers.full_turn / numbers.number(run.parameters.omega)
-        ends = [one.end.period * period + one.end.phase for one, _ in pairwise(run.segments)]
-    return np.array(ends, dtype=object)
+        return [one.end.period * period + one.end.phase for one, _ in pairwise(run.segments)]
 
 
 def _columns(events: Sequence[Entered]) -> tuple[NDArray[np.float64], list[str]]:
@@ -333,32 +187,21 @@ def _differences(
     given: tuple[Entered, ...],
     pairs: list[Pair],
     growth: NDArray[np.float64],
-    known: tuple[float | None, float | None],
-    own_horizon: float,
+    own: float | None,
+    used: float | None,
 ) -> list[Difference]:
-    """Differences of matched lists, by the error of a segment and the tolerance if `known`."""
+    """Differences of matched lists, by the error of a segment and the tolerance, if known."""
     found = list[Difference]()
-    groups = [list(group) for _, group in groupby(pairs, key=lambda pair: None in pair)]
-    for group, after in zip_longest(groups, groups[1:]):
-        if None not in group[0]:
+    for parted, group in groupby(pairs, key=lambda pair: None in pair):
+        if not parted:
             continue
-        then = after[0].true if after else None
-        again = None if then is None else exact[then].time
-        missed = [pair.true for pair in group if pair.true is not None]
-        invented = [pair.given for pair in group if pair.given is not None]
+        alone = list(group)
+        missed = [pair.true for pair in alone if pair.true is not None]
+        invented = tuple(given[pair.given] for pair in alone if pair.given is not None)
         gap, needed = _resolved(missed, exact, growth)
-        events = tuple(exact[k] for k in missed), tuple(given[k] for k in invented)
-        cause = Cause.EARLIER if found else _cause(known, needed, invented, given)
-        if cause is Cause.TOLERANCE and min(e.time for part in events for e in part) >= own_horizon:
-            cause = Cause.GROWTH
-        found.append(Difference(*events, cause, gap, needed, again))
+        cause = Cause.EARLIER if found else _cause(own, used, needed)
+        found.append(Difference(tuple(exact[k] for k in missed), invented, cause, gap, needed))
     return found
-
-
-def _error(pair: Pair, ends: NDArray[np.object_], given: Sequence[Entered]) -> float:
-    if pair.true is None or pair.given is None:
-        return math.nan
-    return float(given[pair.given].time - ends[pair.true])
 
 
 def _segment_error(
@@ -396,18 +239,10 @@ def _resolved(
     return min(gaps.values()), float(min(needed))
 
 
-def _cause(
-    known: tuple[float | None, float | None],
-    needed: float | None,
-    invented: Sequence[int],
-    given: Sequence[Entered],
-) -> Cause:
+def _cause(own: float | None, used: float | None, needed: float | None) -> Cause:
     """Cause of the first difference."""
-    own, used = known
     if own and used and own > _SETUP * used:
         return Cause.SETUP
-    if any(k and given[k].time - given[k - 1].time <= _RESTART for k in invented):
-        return Cause.RESTART
     if own is None and used is None:
         return Cause.UNKNOWN
     if needed is None or max(own or 0.0, used or 0.0) >= needed:

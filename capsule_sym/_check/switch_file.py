@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
+from io import StringIO
 from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._map.labelled import package
 from capsule_sym._parameters import CAPSULE, Scene
 
 _DIGITS = 15  # with so many digits a time is as exact as a double
-_MOST_BYTES = 10_000_000
 
 
 class Switches(NamedTuple):
@@ -37,7 +37,7 @@ def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches
     Parameters
     ----------
     path : str or path
-        File in UTF-8, of at most 10,000,000 bytes.
+        File in UTF-8.
     scene : Scene, default the paper's capsule
         Scene whose parameters the file may name.
 
@@ -75,30 +75,25 @@ def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches
     {'alpha': (0.7,), 'end': (7.85,)}
     """
     try:
-        if (size := Path(path).stat().st_size) > _MOST_BYTES:
-            raise InvalidInput("file", str(path), f"at most {_MOST_BYTES} bytes, not {size}")
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+        text = Path(path).read_text(encoding="utf-8-sig")
+        kinds: dict[str, Any] = {"comment": "#", "dtype": str, "keep_default_na": False}
+        table = package("pandas").read_csv(StringIO(text), skipinitialspace=True, **kinds)
     except OSError as error:
         raise InvalidInput("file", str(path), f"readable ({error.strerror or error})") from None
-    except ValueError:
-        raise InvalidInput("file", str(path), "a CSV file in UTF-8") from None
-    notes = [line[1:] for line in lines if line.startswith("#")]
+    except ValueError as error:  # of its encoding, or of its rows
+        allowed = f"in UTF-8, a table with time and entered ({str(error).strip()})"
+        raise InvalidInput("file", str(path), allowed) from None
+    table.columns = table.columns.str.strip()
+    if not {"time", "entered"} <= set(table) or {"time.1", "entered.1"} & set(table):
+        raise InvalidInput("columns", ",".join(table), "time and entered, each once")
+    if (table.index != range(len(table))).any():  # of more cells than names, the first is the index
+        raise InvalidInput("row 1", table.index[0], f"the first of {len(table.columns)} cells")
+    notes = [line[1:] for line in text.splitlines() if line.startswith("#")]
     settings = dict(_setting(note, scene) for note in notes if "=" in note)
-    rows = csv.reader(line for line in lines if line.strip() and not line.startswith("#"))
-    try:
-        head, *body = ([cell.strip() for cell in row] for row in rows)
-    except (ValueError, csv.Error):
-        raise InvalidInput("file", str(path), "a table with time and entered") from None
-    if not head.count("time") == head.count("entered") == 1:
-        raise InvalidInput("columns", ",".join(head), "time and entered, each once")
-    numbers, events = [], []
-    for count, row in enumerate(body, 1):
-        if len(row) != len(head):
-            raise InvalidInput(f"row {count}", ",".join(row), f"of {len(head)} cells, as the head")
-        numbers.append(_number(f"time in row {count}", row[head.index("time")]))
-        events.append(row[head.index("entered")])
+    numbers = [_number(f"time in row {k}", cell) for k, cell in enumerate(table["time"], 1)]
+    events = tuple(table["entered"].str.strip())
     resolution = max(map(_resolution, numbers), default=0.0)
-    return Switches(tuple(map(float, numbers)), tuple(events), resolution, settings)
+    return Switches(tuple(map(float, numbers)), events, resolution, settings)
 
 
 def _setting(note: str, scene: Scene) -> tuple[str, tuple[float, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
@@ -28,18 +28,15 @@ def pulse(
     windows: options.Windows,
     over: options.Over,
     most_periods: Annotated[int, signature.between(1, 1000, "--max-periods")] = 8,
-    least: Literal["periods", "work"] = "periods",
-    tolerances: options.Tolerances,
     max_seconds: options.TimeLimit = 60.0,
     out: options.Folder = None,
     as_json: options.Json = False,
 ) -> None:
-    """Switch from one motion to another by a pulse of the drive, the shortest or cheapest.
+    """Switch from one motion to another by a pulse of the drive, the shortest one.
 
     For some periods one parameter of the drive has another value, by default alpha; then the drive
     is as before. --over names another parameter. The motions are those from --state and --to, or
-    numbers --between attractors of ranges of starts, as `capsule-sym attractors` shows them. With
-    --tolerance the same pulse works at both ends of each tolerance.
+    numbers --between attractors of ranges of starts, as `capsule-sym attractors` shows them.
 
     Exits with 3 if a motion is not periodic, or no pulse is found. After Ctrl-C, as at the time
     limit, the results so far are shown and written.
@@ -56,8 +53,6 @@ def pulse(
         Target: the fastest of these attractors in the opposite direction.
     most_periods
         Most periods of the pulse.
-    least
-        Quantity to minimise: periods of the pulse, or work of the drive.
     out
         Write the JSON here, the drive and both displacements over time as CSV, and the picture.
     """
@@ -79,8 +74,6 @@ def pulse(
                 over or None,
                 device or parameters,
                 most_periods=most_periods,
-                least=least,
-                tolerances=tolerances,
                 max_seconds=limit.left,
                 progress=report,
             )

@@ -30,9 +30,8 @@ def shock(
     """Find the smallest knock, at any time, after which a motion is lost.
 
     The motion is that on which the run from --state settles. A knock changes x_r, v_r and v_c at
-    once; its size, the root of the sum of squares, is dimensionless. The edge state is the unstable
-    motion to which the basin boundary leads from the knock. With a device the knock is shown in SI
-    units, in the JSON as "si".
+    once; its size, the root of the sum of squares, is dimensionless. With a device the knock is
+    shown in SI units, in the JSON as "si".
 
     Exits with 3 if there is no motion, or at the time limit. After Ctrl-C, as at the limit, the
     results so far are shown and written.

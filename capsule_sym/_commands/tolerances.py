@@ -30,8 +30,8 @@ def tolerances(
 
     With --tolerance a parameter is uniformly distributed within a share below and above its value.
     For each metric the table has mean, deviation and quantiles over the samples, and Sobol's
-    indices: the shares of its variance due to each parameter. It also has the probabilities that
-    the motion changes its itinerary or its attractor.
+    indices: the shares of its variance due to each parameter. It also has the probabilities of a
+    periodic motion and of another itinerary.
 
     Exits with 3 at the time limit.
 

@@ -1,26 +1,34 @@
-"""Parameters, start and phase of a device from measured time series, by least squares."""
+"""Parameters, start and phase of a system from measured time series, by least squares."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from capsule_sym._arrays import Vector
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
-from capsule_sym._design.covariance import Errors, correlation, errors_of
-from capsule_sym._design.fit_result import Fit, FittedRun
-from capsule_sym._design.guesses import best_of, drawn, limits_of, spectral
-from capsule_sym._design.least_squares import LOSSES, Least, Loss, least
+from capsule_sym._design.fit_result import Fit
+from capsule_sym._design.guesses import drawn, limits_of, spectral
+from capsule_sym._design.least_squares import (
+    LOSSES,
+    Errors,
+    Least,
+    correlation,
+    errors_of,
+    influence_of,
+    least,
+    spread,
+)
 from capsule_sym._design.measured import about_trend, measured
-from capsule_sym._design.problem import Misfit
+from capsule_sym._design.misfit import OF_START, PHASE, STATE, Misfit, period_of
 from capsule_sym._design.quantities import System
-from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded, period_of
 from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._map import checks
-from capsule_sym._native import Watch, check_time
+from capsule_sym._native import TimeUp, Watch
 from capsule_sym._systems import check_parameter
 
 _POOR = 0.5  # noise of a column, over its spread: a quarter of its variance is unexplained
@@ -70,9 +78,8 @@ def fit(
     bounds : mapping of str to (float, float), default None
         Bounds (low, high) of unknowns, ascending, within the parameter's own range and around the
         guess. Dimensionless, or in SI units if `system` is a device.
-    loss : str, default "linear"
-        Loss of the squared residuals, one of SciPy's: "linear", "soft_l1", "huber", "cauchy" or
-        "arctan". All but the first give outliers less weight.
+    loss : {"linear", "cauchy"}, default "linear"
+        Loss of the squared residuals. That of Cauchy gives outliers less weight.
     starts : int, default 0, 0 to 100,000
         Number of further random guesses, within `bounds` or else between half and twice the guess.
     follow : int, default 4, 1 to 1,000
@@ -80,8 +87,8 @@ def fit(
     seed : int, default 0, 0 to 10**12
         Seed of the random guesses.
     steps : int, default 200, 1 to 100,000
-        Largest number of runs with derivatives of each least-squares solution. A robust loss takes
-        three of these for a guess.
+        Largest number of steps of each least-squares solution. The loss of
+        Cauchy takes three of these for a guess.
     max_seconds : float, default 600.0, above 0
         Time limit, in seconds of wall time.
     progress : callable, default None
@@ -106,7 +113,7 @@ def fit(
 
     See Also
     --------
-    fit_rig : fit to several runs, in the units of a camera.
+    plot_residuals : figure of the result.
     sensitivities : derivatives of a run.
 
     Examples
@@ -126,52 +133,35 @@ def fit(
         raise InvalidInput("unknown", ", ".join(unknown), "one or more different names")
     checks.check_phase(phase, period_of(system))
     given = dict(zip(STATE, checks.checked_state(state), strict=True)) | {PHASE: phase}
-    run = Recorded(measured(data), system, tuple(unknown), given)
-    problem = Misfit([run], unknown, progress)
+    problem = Misfit(measured(data), system, unknown, given, progress)
     limits = limits_of(problem, bounds or {})
-    return fitted(problem, limits, loss, starts, follow, seed, steps, max_seconds)
-
-
-@np.errstate(under="ignore")
-def fitted(
-    problem: Misfit,
-    limits: tuple[Vector, Vector],
-    loss: str,
-    starts: int,
-    follow: int,
-    seed: int,
-    steps: int,
-    max_seconds: float,
-) -> Fit:
-    """Fit of a problem; arguments are those of `fit`, checked here."""
     check_one_of("loss", loss, LOSSES)
     checks.check_count("starts", starts, *STARTS)
     checks.check_count("follow", follow, *FOLLOW)
     checks.check_count("seed", seed, *SEED)
     checks.check_count("steps", steps, *STEPS)
-    found, errors, border = list[Least](), None, None
-    guesses = [problem.guess]
+    found, status = list[Least](), Status.TIME_LIMIT
     with Watch(checks.checked_seconds(max_seconds)):
-        guesses += spectral(problem, limits) + drawn(problem, limits, starts, seed)
-        guesses = best_of(problem, guesses)[:follow]
-        for k, guess in enumerate(guesses, 1):
-            problem.doing = f"start {k} of {len(guesses)}"
+        guesses = [problem.guess, *spectral(problem, limits), *drawn(problem, limits, starts, seed)]
+        for k, guess in enumerate(_best(problem, guesses)[:follow], 1):
+            problem.doing = f"start {k} of {min(follow, len(guesses))}"
             found.append(least(problem, guess, limits, loss, steps))
-            check_time()
-        best = min(found, key=lambda one: one.cost)
-        errors = errors_of(problem, best)
-        border = _border(problem, best.x, errors.standard, *limits)
-    best = min(found, key=lambda one: one.cost)
-    errors = errors or errors_of(problem, best)
-    noise = _noise_by_column(problem, best)
-    status, message = _status(problem, best, errors, limits, noise)
-    if border is None:
-        status, message = Status.TIME_LIMIT, "time limit reached: best values so far"
+        status = Status.FINISHED
     problem.progress = None
-    pairs = zip(problem.recorded, problem.places, strict=True)
+    best = min(found, key=lambda one: one.cost) if found else Least(problem.latest)
+    residuals, values = problem.residuals(best.x), problem.named(best.x)
+    errors = errors_of(problem, best, residuals)
+    noise = _noise_by_column(problem, residuals, math.isfinite(best.scale))
+    message = "time limit reached: best values so far"
+    if status is Status.FINISHED:
+        status, message = _status(problem, best, errors, limits, noise)
+    now = problem.now(best.x)
+    x_r, v_r, v_c = (now[name] for name in STATE)
     return Fit(
-        runs=tuple(_run(run, best.x[places]) for run, places in pairs),
-        values=problem.named(best.x),
+        system=problem.system_at(best.x),
+        state=(x_r, v_r, v_c),
+        phase=now[PHASE],
+        values=values,
         standard_errors=problem.named(errors.standard),
         covariance=errors.covariance,
         status=status,
@@ -179,15 +169,21 @@ def fitted(
         evaluations=problem.evaluations,
         noise=errors.noise,
         noise_by_column=noise,
-        autocorrelation=correlation(best.loss.influence(best.residuals)[0], problem.groups),
-        singular_values=errors.singular,
+        autocorrelation=correlation(influence_of(residuals, best.scale)[0], problem.data.column),
         open_combinations=errors.lost,
-        border=border or "",
-        problem=problem,
-        limits=limits,
-        found=best,
-        growth=errors.growth,
+        data=problem.data,
+        residuals=residuals,
     )
+
+
+def _best(problem: Misfit, guesses: Sequence[Vector]) -> list[Vector]:
+    """Guesses sorted by the sum of absolute residuals, as many as the time limit allows."""
+    found = list[tuple[float, int]]()
+    with suppress(TimeUp):
+        for k, guess in enumerate(guesses):
+            problem.doing = f"guess {k + 1} of {len(guesses)}"
+            found.append((float(abs(problem.residuals(guess)).sum()), k))
+    return [guesses[k] for _, k in sorted(found)] or [guesses[0]]
 
 
 def _status(
@@ -220,39 +216,11 @@ def _status(
     return status, message
 
 
-def _noise_by_column(problem: Misfit, found: Least) -> dict[str, float]:
+def _noise_by_column(problem: Misfit, residuals: Vector, robust: bool) -> dict[str, float]:
     """Spread of each column's residuals, over that of the column about its trend, by its name."""
-    noise = dict[str, float]()
-    series = [(run, k) for run in problem.recorded for k in range(len(run.data.names))]
-    for group, (run, k) in enumerate(series):
-        own, of, name = problem.groups == group, run.data.column == k, run.data.names[k]
-        spread = about_trend(run.data.times[of], run.data.values[of]).std() or math.nan
-        residuals = found.residuals[own] * problem.scales[own]
-        by = Loss(found.loss.name).spread(residuals) / spread
-        noise[f"{run.name}.{name}" if run.name else name] = float(by)
+    noise, data = dict[str, float](), problem.data
+    for k, name in enumerate(data.names):
+        own = data.column == k
+        whole = about_trend(data.times[own], data.values[own]).std() or math.nan
+        noise[name] = spread((residuals * problem.scales)[own], 0, robust) / float(whole)
     return noise
-
-
-def _run(run: Recorded, values: Vector) -> FittedRun:
-    """Fitted values of a run."""
-    now = run.now(values)
-    series = {
-        one: (now[run.scale_of(one)], now[f"offset_{one}"], now[f"drift_{one}"])
-        for one in run.data.names
-    }
-    x_r, v_r, v_c = (now[one] for one in STATE)
-    system, state = run.system_at(values), (x_r, v_r, v_c)
-    return FittedRun(run.name, system, state, now[PHASE], now["slip"], series)
-
-
-def _border(problem: Misfit, values: Vector, errors: Vector, low: Vector, high: Vector) -> str:
-    """Name of a value within whose standard error the itinerary changes; empty if there is none."""
-    problem.doing = "itineraries beside it"
-    for i in np.flatnonzero(~problem.linear & np.isfinite(errors)).tolist():
-        itinerary = problem.itinerary(values, i)
-        for sign in (-1.0, 1.0):
-            moved = values.copy()
-            moved[i] = np.clip(moved[i] + sign * errors[i], low[i], high[i])
-            if problem.itinerary(moved, i) != itinerary:
-                return problem.unknown[i]
-    return ""

@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import Ended, Status, check_one_of, counted
+from capsule_sym._errors import check_one_of, counted
 from capsule_sym._map import Trajectory, evaluation
 from capsule_sym._map.backend import backend
-from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.result import brief
 from capsule_sym._map.segments import Records
-from capsule_sym._native import Watch, check_time, core_of, present
+from capsule_sym._native import check_time, core_of, present
 from capsule_sym._orbits.shooting.closed import ClosedForms, guard_by
 from capsule_sym._orbits.shooting.equations import BY_TIME, total
 from capsule_sym._orbits.shooting.itinerary import contact, drift, guard_between
@@ -39,7 +38,7 @@ def columns_of(scene: Scene) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Sensitivities(Ended):
+class Sensitivities:
     """Derivatives of a run by its start and the parameters; dimensionless.
 
     The last axis has a column for each of `columns`: x_r, v_r, v_c and phase at the start, and the
@@ -61,20 +60,13 @@ class Sensitivities(Ended):
     """Times of the switches, shape (m,)."""
     switching_slopes: NDArray[np.float64]
     """Derivatives of the switching times, shape (m, 11)."""
-    status: Status = Status.FINISHED
-    """FINISHED, or TIME_LIMIT: later derivatives are nan."""
-    scene: Scene = CAPSULE
+    scene: Scene
     """Scene of the run."""
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the variables of the derivatives."""
         return columns_of(self.scene)
-
-    @property
-    def message(self) -> str:
-        """Status as a sentence."""
-        return "complete" if self.success else "time limit: later derivatives are nan"
 
     def __repr__(self) -> str:
         switches = counted(len(self.switching_times), "switch", "switches")
@@ -92,7 +84,7 @@ class Sensitivities(Ended):
         return self.slopes[..., chosen[0] if len(chosen) == 1 else chosen]
 
 
-def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.inf) -> Sensitivities:
+def sensitivities(run: Trajectory, t: ArrayLike) -> Sensitivities:
     """Derivatives of a run's states at times t, and of its switching times; dimensionless.
 
     They are exact, by the start and by all parameters, through all switches of the run.
@@ -104,21 +96,18 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
     t : array_like of shape (n,)
         Times as in `run(t)`, in any order, dimensionless, from `run.span[0]` to `run.span[1]`.
         Arrays of other shapes are flattened.
-    max_seconds : float, default inf, above 0
-        Time limit, in seconds of wall time.
 
     Returns
     -------
     Sensitivities
         `slopes` of shape (n, 4, variables) have the derivatives of (x_r, v_r, v_c, x_c) by
         `columns`; `by` gives those by some variables. `switching_slopes` have those of the
-        switching times. After `max_seconds` missing derivatives are nan, and `success` is False.
+        switching times.
 
     Raises
     ------
     InvalidInput
-        For times outside the run, if segments were not kept, and for a time limit that is not
-        allowed.
+        For times outside the run, and if segments were not kept.
 
     Notes
     -----
@@ -143,7 +132,6 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
     >>> print(round((high(5.0)[0] - low(5.0)[0]) / 2e-6, 4))
     -1.3952
     """
-    status, limit = Status.TIME_LIMIT, Watch(checked_seconds(max_seconds))
     times = np.ravel(evaluation.real("t", t, "real numbers"))
     records = np.ascontiguousarray(run.records)
     evaluation.check(times, *run.span)
@@ -151,24 +139,21 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
     names = columns_of(scene)
     switches = np.full((max(len(records) - 1, 0), len(names)), np.nan)
     found = np.full((len(times), len(STATE), len(names) + 1), np.nan)
-    with limit:
-        if not len(records):
-            found[:] = np.diag([1, 1, 1, 0]) @ np.eye(len(STATE), len(names) + 1)
-        elif core_of(scene) is not None:
-            native = evaluation.borrowed(run.parameters)
-            passed = native.differentiate(records, times[order], switches, found, present())
-            evaluation.give_back(run.parameters, native)
-            if passed < len(records):
-                check_time()
-        else:
-            differentiated(run, records, times[order], switches, found)
-        status = Status.FINISHED
+    if not len(records):
+        found[:] = np.diag([1, 1, 1, 0]) @ np.eye(len(STATE), len(names) + 1)
+    elif core_of(scene) is not None:
+        native = evaluation.borrowed(run.parameters)
+        native.differentiate(records, times[order], switches, found, present())
+        evaluation.give_back(run.parameters, native)
+        check_time()
+    else:
+        differentiated(run, records, times[order], switches, found)
     slopes = np.empty_like(found)
     slopes[order] = found
     omega = run.parameters.omega
     ends = records["end_period"] * run.parameters.period + records["end_angle"] / omega
     states, by, rates = run(times, position=True), slopes[..., :-1], slopes[..., -1]
-    return Sensitivities(times, states, by, rates, ends[:-1], switches, status, scene)
+    return Sensitivities(times, states, by, rates, ends[:-1], switches, scene)
 
 
 def differentiated(
@@ -194,20 +179,20 @@ def differentiated(
             angle[_PHASE] += p.omega
             angle[names.index("omega")] += begins[i]
             for k in np.flatnonzero(of == i):
-                by, rate = _by(forms, record, state, angle, times[k] - begins[i])
+                by, rate = derivatives(forms, record, state, angle, times[k] - begins[i])
                 slopes[k, :, :-1], slopes[k, :, -1] = by - np.outer(rate, time), rate
             if i + 1 == len(records):
                 break
-            by, rate = _by(forms, record, state, angle, record["duration"])
+            by, rate = derivatives(forms, record, state, angle, record["duration"])
             angle[names.index("omega")] += record["duration"]
-            later = _later(forms, record, int(records[i + 1]["field"]), by, rate, angle)
+            later = duration_by(forms, record, int(records[i + 1]["field"]), by, rate, angle)
             state, time = by + np.outer(rate, later), time + later
             if not drift(int(records[i + 1]["field"]), p.scene):
                 state[STATE.index("v_c")] = 0.0
             switches[i] = time
 
 
-def _by(
+def derivatives(
     forms: ClosedForms, record: Any, state: Array, angle: Array, h: float
 ) -> tuple[Array, Array]:
     """Derivatives (4, n) of the state after a part h of a segment, and by h, (4,).
@@ -227,7 +212,7 @@ def _by(
     return by, every[:, BY_TIME]
 
 
-def _later(
+def duration_by(
     forms: ClosedForms, record: Any, following: int, by: Array, rate: Array, angle: Array
 ) -> Array:
     """Derivatives (n,) of a segment's duration, from those of the state and angle at its end."""

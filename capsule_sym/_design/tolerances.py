@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Matrix
-from capsule_sym._attractors.attractors import interval
+from capsule_sym._attractors.attractor import interval
 from capsule_sym._design.cells import Grid
-from capsule_sym._design.continued import continued
 from capsule_sym._design.counts import SEED
 from capsule_sym._design.optimise import program_of, system_of
 from capsule_sym._design.program import Program
@@ -83,17 +82,13 @@ class Tolerances(Result, Labelled):
     """Probability that the start leads to a periodic motion."""
     changed: Probability = _NONE
     """Probability of another itinerary or period number than the nominal one."""
-    elsewhere: Probability = _NONE
-    """Probability that the nominal motion exists, but the start leads to another attractor."""
-    lost: Probability = _NONE
-    """Probability that the nominal motion, continued to the sample, is not stable there."""
     itineraries: tuple[tuple[str, float], ...] = ()
     """Most frequent itineraries, with their shares of the samples."""
     status: Status = Status.TIME_LIMIT
     """Status of the sampling."""
     message: str = "time limit reached"
     """Status as a sentence."""
-    _recorded = "names samples itinerary periodic changed elsewhere lost itineraries metrics"
+    _recorded = "names samples itinerary periodic changed itineraries metrics"
 
     def __repr__(self) -> str:
         told = ", ".join(
@@ -108,10 +103,8 @@ class Tolerances(Result, Labelled):
             "metric": np.repeat([one.metric for one in self.metrics], len(self.names)),
             "parameter": np.tile(self.names, len(self.metrics)),
         }
-        for name, of in {"first_order": "first", "total": "total"}.items():
-            found[name] = np.ravel([getattr(one, of) for one in self.metrics])
-            ends = np.reshape([getattr(one, f"{of}_interval") for one in self.metrics], (-1, 2))
-            found[f"{name}_low"], found[f"{name}_high"] = ends.T
+        found["first_order"] = np.ravel([one.first for one in self.metrics])
+        found["total"] = np.ravel([one.total for one in self.metrics])
         return found
 
 
@@ -128,9 +121,9 @@ def tolerances(
 ) -> Tolerances:
     """Spread of metrics of the steady motion under tolerances of parameters.
 
-    The result has mean, deviation, quantiles, and Sobol's indices of first order and total, with
-    bootstrap intervals. For these a sample without a finite value, such as one without a periodic
-    motion, has the mean. It also has the probabilities of another itinerary or attractor.
+    The result has mean, deviation, quantiles, and Sobol's indices of first order and total. For
+    these a sample without a finite value, such as one without a periodic motion, has the mean. It
+    also has the probabilities of a periodic motion and of another itinerary.
 
     Parameters
     ----------
@@ -207,7 +200,7 @@ def tolerances(
     program = _program(functions[0], system, tuple(spread), every, start, progress)
     found = Tolerances(system, program.names, every[:0], np.empty((0, len(functions))))
     with Watch(checked_seconds(max_seconds)):
-        found = _sampled(program, functions, every, samples, seed)
+        found = _sampled(program, functions, every, samples)
     return found
 
 
@@ -244,16 +237,10 @@ def _program(
     over = dict(zip(names, ends.tolist(), strict=True))
     for name, pair in over.items():
         checked_ends(f"tolerance of {name}", pair, *allowed(system, name))
-    try:
-        return program_of(function, over, system, False, (), None, start, progress)
-    except InvalidInput as error:
-        field = error.field.replace("bounds", "tolerance")
-        raise InvalidInput(field, error.value, error.allowed) from None
+    return program_of(function, over, system, False, (), None, start, progress)
 
 
-def _sampled(
-    program: Program, functions: Sequence[Function], every: Matrix, n: int, seed: int
-) -> Tolerances:
+def _sampled(program: Program, functions: Sequence[Function], every: Matrix, n: int) -> Tolerances:
     """Result of the samples: the nominal values, both samples (n, k), and their combinations."""
     grid = Grid(program, (every - program.low) / (program.high - program.low))
     state, parts = program.start, list[Settled]()
@@ -266,28 +253,21 @@ def _sampled(
             told = "a state that leads to a periodic motion at the nominal parameters"
             raise InvalidInput("start", state, told)
     motions = joined(parts)
+    periodic = motions.period_numbers > 0
     known = grid.metrics(motions.found)
     metrics = np.stack([grid.valued(function, known) for function in functions], axis=1)
-    metrics[(motions.period_numbers <= 0)[:, None] | ~np.isfinite(metrics)] = np.nan
-    nominal, found = (
-        Settled(motions.found.of(some), motions.period_numbers[some])
-        for some in (slice(1), slice(1, n + 1))
-    )
-    branches = [motions.branch(i) if motions.period_numbers[i] > 0 else () for i in range(n + 1)]
-    own, *others = branches
-    kept, there = continued(nominal, grid.rows[0], found, grid.rows[1 : n + 1])
+    metrics[~(periodic[:, None] & np.isfinite(metrics))] = np.nan
+    own, *others = (motions.branch(i) if periodic[i] else () for i in range(n + 1))
     values = metrics[1:].reshape(-1, n, len(functions))
     common = Counter(map(_shown, others)).most_common(_SHOWN)
     return Tolerances(
         system=program.system,
         names=program.names,
-        metrics=spreads([named(one) for one in functions], metrics[0], values, seed),
+        metrics=spreads([named(one) for one in functions], metrics[0], values),
         samples=n,
         itinerary=tuple(f"F{field}" for field in own[1:]),
-        periodic=_probability(found.period_numbers > 0),
+        periodic=_probability(periodic[1 : n + 1]),
         changed=_probability([each != own for each in others]),
-        elsewhere=_probability(there & ~kept),
-        lost=_probability(~there),
         itineraries=tuple((text, count / n) for text, count in common),
         parameters=every[1 : n + 1],
         values=values[0],

@@ -119,7 +119,7 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
 def plot_residuals(
     fit: Fit, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:
-    """Residuals of a fit over time: a row for each measured column, a column for each run.
+    """Residuals of a fit over time: a row for each measured column.
 
     They are in units of the noise; bands show one and two of it. Triangles at the edge are outliers
     beyond it.
@@ -127,7 +127,7 @@ def plot_residuals(
     Parameters
     ----------
     fit : Fit
-        Fit, as `fit` and `fit_rig` give.
+        Fit, as `fit` gives.
     width : float, default 7, above 0
         Width of a new figure, a number of inches. Within `figure_style` the default is its width.
     figure : Figure or SubFigure of Matplotlib, optional
@@ -158,33 +158,26 @@ def plot_residuals(
     >>> print(figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel(), sep="; ")
     time (dimensionless); $x_r$, residual over noise
     """
-    every = [one.data for one in fit.problem.recorded]
-    names = list(dict.fromkeys(name for data in every for name in data.names))
-    noise = fit.noise or 1.0
+    data, noise = fit.data, fit.noise or 1.0
     edge = max(6.0, 3.0 * float(np.quantile(abs(fit.residuals), 0.9)) / noise)
-    height = max(1.5, 0.2 * width) * len(names) + 0.4
+    height = max(1.5, 0.2 * width) * len(data.names) + 0.4
     page = canvas(figure, width, height, layout="constrained")
-    panels = page.subplots(len(names), len(every), sharex="col", sharey="row", squeeze=False)
+    panels = page.subplots(len(data.names), 1, sharex="col", squeeze=False)[:, 0]
+    for place, (panel, name) in enumerate(zip(panels, data.names, strict=True)):
+        panel.axhspan(-2, 2, color="0.93", linewidth=0, label="two standard deviations")
+        panel.axhspan(-1, 1, color="0.86", linewidth=0, label="one standard deviation")
+        chosen = data.column == place
+        times, shown = data.times[chosen], fit.residuals[chosen] / noise
+        for mark, part, label in (
+            (".", abs(shown) <= edge, "_"),
+            ("^", shown > edge, "outlier above"),
+            ("v", shown < -edge, "outlier below"),
+        ):
+            if part.any() or label == "_":
+                at = np.clip(shown[part], -edge, edge)
+                panel.plot(times[part], at, mark, color=SERIES[place], label=label)
+        panel.set_ylabel(f"${name}$, residual over noise")
     unit = "s" if isinstance(fit.system, SceneDevice) else "dimensionless"
-    for k, (data, rows) in enumerate(zip(every, fit.problem.rows, strict=True)):
-        for place, name in enumerate(names):
-            panel, own = panels[place, k], fit.residuals[rows] / noise
-            panel.axhspan(-2, 2, color="0.93", linewidth=0, label="two standard deviations")
-            panel.axhspan(-1, 1, color="0.86", linewidth=0, label="one standard deviation")
-            if name in data.names:
-                chosen = data.column == data.names.index(name)
-                times, shown = data.times[chosen], own[chosen]
-                for mark, part, label in (
-                    (".", abs(shown) <= edge, "_"),
-                    ("^", shown > edge, "outlier above"),
-                    ("v", shown < -edge, "outlier below"),
-                ):
-                    if part.any() or label == "_":
-                        at = np.clip(shown[part], -edge, edge)
-                        panel.plot(times[part], at, mark, color=SERIES[place], label=label)
-            if k == 0:
-                panel.set_ylabel(f"${name}$, residual over noise")
-        panels[0, k].set_title(fit.runs[k].name)
-        panels[-1, k].set_xlabel(f"time ({unit})")
-    add_key(page, handles_of(panels.flat))
+    panels[-1].set_xlabel(f"time ({unit})")
+    add_key(page, handles_of(panels))
     return describe(page, "Residuals of a fit", status=str(fit.status))

@@ -14,7 +14,7 @@ from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.layout import across, add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, styled
+from capsule_sym._figures.style import SERIES, STABLE, describe, styled
 from capsule_sym._figures.units import Units
 from capsule_sym._map import Trajectory
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -37,10 +37,10 @@ def plot_shock(
 ) -> Figure:
     """A motion, its minimal shock, and the runs from either side of it.
 
-    The phase portrait has an arrow from the motion to the boundary of its basin. It has the edge
-    state there, and the motion that it is lost to. Beside it is the distance of two runs from the
-    motion at the beginning of each excitation period. They begin with shocks smaller and larger by
-    0.1 %: both pass the edge state, then one comes back, and one is lost.
+    The phase portrait has an arrow from the motion to the boundary of its basin, and the motion
+    that it is lost to. Beside it is the distance of two runs from the motion at the beginning of
+    each excitation period. They begin with shocks smaller and larger by 0.1 %: one comes back, and
+    one is lost.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def plot_shock(
     >>> inf = float("inf")
     >>> figure = cs.figures.plot_shock(cs.minimal_shock(slow, weights=(inf, 1, inf), samples=100))
     >>> print([text.get_text() for text in figure.legends[0].get_texts()][:3])
-    ['where it is lost to', 'edge state', 'motion']
+    ['where it is lost to', 'motion', 'minimal shock']
     """
     if shock.start is None or shock.state is None:
         raise InvalidInput("shock", shock, "one with a knock that loses the motion")
@@ -88,7 +88,6 @@ def plot_shock(
     scales = np.array([units.scale("x_r"), units.scale("v_r")])
     shown: list[tuple[Orbit | None, dict[str, Any]]] = [
         (shock.attractor, {"color": SERIES[4], "label": "where it is lost to"}),
-        (shock.edge, {"color": UNSTABLE, "linestyle": "--", "label": "edge state"}),
         (shock.orbit, {"color": STABLE, "label": "motion"}),
     ]
     for orbit, looks in shown:
@@ -106,10 +105,6 @@ def plot_shock(
         apart = np.linalg.norm(states[:, None] - marks, axis=2).min(axis=1)
         periods = np.arange(len(apart)) + (1 if shock.phase else 0)
         right.semilogy(periods, apart, ".-", color=colour, label=label)
-    if shock.edge is not None:
-        edge = stroboscopic(whole_orbit(shock.edge))
-        for apart in np.linalg.norm(edge[:, None] - marks, axis=2).min(axis=1):
-            right.axhline(apart, color=UNSTABLE, linestyle="--", zorder=0)
     right.set_xlabel("excitation periods")
     right.set_ylabel("distance from the motion" + " (dimensionless)" * (device is not None))
     if axes is None:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.lines import Line2D
 
 from capsule_sym._figures.design import metric_label
 from capsule_sym._figures.layout import add_key, canvas, handles_of
@@ -25,7 +24,7 @@ _HALF = 0.2  # height of half a bar, and how far it is from the middle of its pa
 def plot_tolerances(
     found: Tolerances, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:
-    """Samples of each metric as a histogram, and beside it Sobol's indices with intervals.
+    """Samples of each metric as a histogram, and beside it Sobol's indices.
 
     Lines mark the nominal value and the middle 95 % of the samples.
 
@@ -83,19 +82,12 @@ def plot_tolerances(
             left.axvline(end, color="0.2", linestyle=":", label="middle 95 % of the samples")
         left.set_xlabel(metric_label(one.metric, found.system))
         left.set_ylabel("samples")
-        bars = (
-            (one.first, one.first_interval, "first-order index"),
-            (one.total, one.total_interval, "total index"),
-        )
-        for side, (values, ends, name) in zip((-_HALF, _HALF), bars, strict=True):
-            beside = np.maximum(abs(ends.T - values), 0.0)
-            right.barh(
-                places + side, values, 2 * _HALF, xerr=beside, color=_BARS[side > 0], label=name
-            )
+        bars = ((one.first, "first-order index"), (one.total, "total index"))
+        for side, (values, name) in zip((-_HALF, _HALF), bars, strict=True):
+            right.barh(places + side, values, 2 * _HALF, color=_BARS[side > 0], label=name)
         right.set_yticks(places, found.names)
         right.invert_yaxis()
         right.set_xlim(left=min(0.0, *right.get_xlim()))
         right.set_xlabel("share of the variance")
-    interval = Line2D([], [], color="black", label="interval of an index")
-    add_key(page, [*handles_of(panels.flat), interval])
+    add_key(page, handles_of(panels.flat))
     return describe(page, f"Spread of {', '.join(one.metric for one in found.metrics)}")

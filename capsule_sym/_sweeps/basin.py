@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._attractors.attractors import Attractor, closed_orbit, collected
+from capsule_sym._attractors.attractor import Attractor, closed_orbit, collected
 from capsule_sym._attractors.destinations import KnownOrbits
 from capsule_sym._attractors.neighbourhoods import NONE
 from capsule_sym._errors import InvalidInput

@@ -33,11 +33,11 @@ _COLUMNS: dict[str, Sequence[str]] = {
     ),
     "attractors": (
         *("number", "values", "fraction", "fractions", "interval", "period_number", "progression"),
-        *("si.progression [m]", "multipliers.0", "birth", "death", "mirror", "itinerary"),
+        *("si.progression [m]", "multipliers.0", "birth", "death", "itinerary"),
         "itineraries.0",
     ),
     "codimension_two": ("types", "lines", "uncertainties"),
-    "differences": ("missed", "invented", "cause", "gap", "agrees_again"),
+    "differences": ("missed", "invented", "cause", "gap"),
     "axes": ("name", "quantities", "count", "first", "last"),
     "metrics": ("metric", "nominal", "mean", "deviation", "quantiles"),
 }

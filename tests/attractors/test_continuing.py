@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, attractors, continue_attractors, simulate
-from capsule_sym._attractors import branches, neighbourhoods
+from capsule_sym._attractors import neighbourhoods
 from tests.attractors.test_attractors import BOX
 from tests.attractors.test_destinations import BISTABLE
 
@@ -119,8 +119,7 @@ def test_without_the_core_orbits_close_by_their_equations(monkeypatch):
         return continue_attractors(BISTABLE, "alpha", [2.3, 2.4], BOX, count=6, periods=512)
 
     with_core = found().to_dict()
-    for module in (neighbourhoods, branches):
-        monkeypatch.setattr(module, "core_of", lambda scene: None)
+    monkeypatch.setattr(neighbourhoods, "core_of", lambda scene: None)
     without = found().to_dict()
     for one, other in zip(with_core["attractors"], without["attractors"], strict=True):
         assert one["counts"] == other["counts"]

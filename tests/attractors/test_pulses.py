@@ -3,13 +3,14 @@
 import csv
 import json
 import math
-from itertools import pairwise, product
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 import capsule_sym as cs
+from capsule_sym._attractors import pulses
 from capsule_sym._attractors.pulse_search import intervals
 from capsule_sym._cli import main
 from capsule_sym._native import Watch
@@ -67,24 +68,22 @@ class Line:
     """Attractors by the value of a pulse: 1 in some ranges, 0 below 0.6, 2 above."""
 
     def __init__(self, *ranges):
-        self.ranges, self.asked = ranges, np.zeros(0)
+        self.ranges = ranges
 
     def reached(self, values, periods, begins):
-        self.asked = np.append(self.asked, values)
         leads = [any(low <= one <= high for low, high in self.ranges) for one in values]
         return np.where(leads, 1, np.where(values < 0.6, 0, 2)).astype(np.int16)
 
 
-def test_intervals_are_those_of_all_cases_also_narrow_ones_between_two_basins():
-    first, second = Line((0.21, 0.53), (0.6, 0.60001), (0.8, 1.0)), Line((0.33, 0.9))
-    found = intervals([first, second], 1, 0, 0.0, 1.0, 40)
+def test_intervals_are_those_of_the_line_also_narrow_ones_between_two_basins():
+    line = Line((0.33, 0.53), (0.6, 0.60001), (0.8, 0.9))
+    found = intervals(line, 1, 0, 0.0, 1.0, 40)
     assert np.array(found) == pytest.approx(
         np.array([(0.33, 0.53), (0.6, 0.60001), (0.8, 0.9)]), abs=2e-9
     )
-    assert (first.reached(second.asked, 1, 0) == 1).all()
-    few = intervals([Line((0.6, 0.60001))], 1, 0, 0.0, 1.0, 3)
+    few = intervals(Line((0.6, 0.60001)), 1, 0, 0.0, 1.0, 3)
     assert few == [] or few[0][1] - few[0][0] <= 1e-5
-    assert intervals([Line((2.0, 3.0))], 1, 0, 0.0, 1.0, 9) == []
+    assert intervals(Line((2.0, 3.0)), 1, 0, 0.0, 1.0, 9) == []
 
 
 def test_a_pulse_reverses_the_direction_as_the_map_itself_does(reversal) -> None:
@@ -197,50 +196,6 @@ def test_work_and_force_of_the_drive_are_those_of_a_quadrature(scene) -> None:
     assert drive_force(run, times) == pytest.approx([force(time) for time in times], abs=1e-12)
 
 
-@pytest.mark.long
-def test_no_pulse_takes_less_work_than_the_least() -> None:
-    ends = motions(BOTH_WAYS, BACK, FORTH)
-    found = cs.switch_by_pulse(*ends, least="work", most_periods=1, margin=0.0)
-    marks, state = cycle(BOTH_WAYS, FORTH, 1), cycle(BOTH_WAYS, BACK, 1)[0]
-    values, works = np.linspace(0, 5, 201), []
-    good = leads(BOTH_WAYS, marks, state, "alpha", values, 1)
-    for value in values[good].tolist():
-        run = cs.simulate(BOTH_WAYS.replace(alpha=value), state, periods=1)
-        times = np.linspace(*run.span, 4001)
-        _, v_r, v_c = run(times).T
-        power = value * np.cos(BOTH_WAYS.omega * times) * (v_r + v_c)
-        works.append(np.trapezoid(power, times))
-    assert len(works) > 30
-    assert found.work < min(works) + 1e-4
-    assert leads(BOTH_WAYS, marks, state, "alpha", np.array([found.value]), found.periods).all()
-
-
-@pytest.mark.long
-def test_with_tolerances_the_same_pulse_leads_there_at_all_ends() -> None:
-    ends, share = motions(BOTH_WAYS, FORTH, BACK), {"alpha": 0.02, "zeta": 0.1}
-    found = cs.switch_by_pulse(*ends, tolerances=share)
-    plain = cs.switch_by_pulse(*ends, most_periods=found.periods)
-    assert found.success
-    failed = 0
-    for alpha, zeta in product((0.98, 1.02), (0.9, 1.1)):
-        at = BOTH_WAYS.replace(alpha=2.5 * alpha, zeta=0.025 * zeta)
-        marks = cycle(at, cycle(BOTH_WAYS, BACK, 1)[0].tolist(), 1)
-        state = cycle(at, cycle(BOTH_WAYS, FORTH, 1)[0].tolist(), 1)[0]
-        values = np.array([found.value, *found.interval, *plain.interval])
-        values[1:] += [1e-6, -1e-6, 1e-6, -1e-6]
-        *good, low, high = leads(at, marks, state, "alpha", alpha * values, found.periods)
-        assert all(good)
-        failed += not (low and high)
-    assert failed  # without tolerances the interval is wider than it may be
-
-
-def test_an_attractor_that_tolerances_lose_is_named() -> None:
-    found = cs.switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH), tolerances={"alpha": 0.6})
-    assert found.status is Status.ATTRACTOR_LOST
-    assert "alpha by " in found.message
-    assert (found.success, found.periods, found.columns["time"].size) == (False, 0, 0)
-
-
 def test_where_no_pulse_leads_that_is_said() -> None:
     found = cs.switch_by_pulse(
         *motions(LONG, *LONG_STARTS), {"alpha": (0.8, 0.9)}, most_periods=2, values=50
@@ -251,23 +206,26 @@ def test_where_no_pulse_leads_that_is_said() -> None:
 
 
 def test_a_search_that_is_out_of_time_says_so(monkeypatch) -> None:
-    ends = motions(BOTH_WAYS, BACK, FORTH)
+    ends = motions(LONG, *LONG_STARTS)
     clock = Clock(monkeypatch, "pulses of 2")
-    how = {"least": "work", "max_seconds": LIMIT, "progress": clock.progress}
-    found = cs.switch_by_pulse(*ends, **how)
-    assert (found.status, found.success, found.periods) == ("time-limit", False, 1)
-    assert found.interval[0] < found.value < found.interval[1]
+    found = cs.switch_by_pulse(*ends, max_seconds=LIMIT, progress=clock.progress)
+    assert (found.status, found.success, found.periods) == ("time-limit", False, 0)
+    assert (found.windows, found.columns["time"].size) == ((), 0)
 
 
 def test_an_interrupted_search_keeps_the_pulse_it_has(monkeypatch) -> None:
-    def interrupt(said: str) -> None:
-        if said == "the least work":
-            monkeypatch.setattr(Watch, "interrupted", True)
+    confirmed, asked = pulses.intervals, []
 
+    def interrupt(*given):
+        asked.append(given)
+        if len(asked) == 2:  # the first window is to be confirmed
+            monkeypatch.setattr(Watch, "interrupted", True)
+        return confirmed(*given)
+
+    monkeypatch.setattr(pulses, "intervals", interrupt)
     ends = motions(BOTH_WAYS, BACK, FORTH)
-    how = {"most_periods": 2, "values": 200, "progress": interrupt, "max_seconds": 1e6}
-    found = cs.switch_by_pulse(*ends, least="work", **how)
-    assert (found.status, found.success) == ("time-limit", False)
+    found = cs.switch_by_pulse(*ends, most_periods=2, values=200, max_seconds=1e6)
+    assert (found.status, found.success, found.periods) == ("time-limit", False, 1)
     monkeypatch.undo()
     run = cs.simulate(found.drives[1], found.state, periods=found.periods)
     assert found.work == pytest.approx(drive_work(run), rel=1e-9)
@@ -317,10 +275,7 @@ def test_columns_follow_the_motion_through_the_pulse(reversal) -> None:
         ({"over": {"alpha": (1.0, 0.5)}}, "bounds of alpha"),
         ({"over": {"alpha": (-1.0, 0.5)}}, "bounds of alpha"),
         ({"over": {"omega": (0.0, 0.5)}}, "bounds of omega"),
-        ({"least": "time"}, "least"),
-        ({"margin": 0.7}, "margin"),
         ({"values": 2}, "values"),
-        ({"tolerances": {"alpha": 1.5}}, "tolerance of alpha"),
         ({"base": cs.Parameters()}, "base"),
         ({"max_seconds": 0}, "max_seconds"),
     ],

@@ -1,6 +1,5 @@
 """The smallest knock near one that loses a motion: corners by geometry; bisection of lines."""
 
-import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from capsule_sym._attractors.boundary import bisect
-from capsule_sym._attractors.smallest import ACCURACY, KnockSearch
+from capsule_sym._attractors.smallest import ACCURACY, WIDTH, KnockSearch
 
 Vector = NDArray[np.float64]
 
@@ -21,14 +20,11 @@ class Corner(KnockSearch):
     def __init__(self, normals: Any, rates: Any, start: Vector) -> None:
         self.normals, self.rates = np.array(normals, dtype=float), np.array(rates, dtype=float)
         self.random, self.tried, self.near = np.random.default_rng(0), 0, 0.0
-        self.report, self.trail = lambda said: None, []
-
-        def returns(points: Vector) -> Vector:
-            return np.where(self.lost(points), math.inf, 0.0)
-
-        self.basin: Any = SimpleNamespace(returns=returns, stays_lost=self.lost, near=0.0)
-        self._try(start[None], float(np.linalg.norm(start[1:])))
-        self._polish()
+        self.report, self.best = lambda said: None, None
+        self.basin: Any = SimpleNamespace(stays_lost=self.lost, near=0.0)
+        first = self._smallest(start[None], float(np.linalg.norm(start[1:])))
+        assert first is not None
+        self._polish(first, WIDTH)
 
     def starts(self, points: Vector) -> Any:
         return (points,)

@@ -71,14 +71,13 @@ def test_fit_finds_the_parameters_of_a_file(call, tmp_path) -> None:
     series(tmp_path / "data.csv")
     status, out, err = call(
         *("fit", "data.csv", "--alpha", "0.85", "--unknown", "alpha", "--unknown", "zeta=0.01:0.2"),
-        *("--intervals", "--json", "--out", "found"),
+        *("--json", "--out", "found"),
     )
     assert status == 0
     assert err == ["wrote found/fit.json, found/fit.csv, found/fit.svg"]
     record = json.loads(out)
     assert record["values"]["alpha"] == pytest.approx(0.83, abs=1e-9)
     assert record["values"]["zeta"] == pytest.approx(0.06, abs=1e-9)
-    assert set(record["intervals"]) == {"alpha", "zeta"}
     assert (
         len(list(csv.DictReader((tmp_path / "found" / "fit.csv").read_text().splitlines()))) == 240
     )

@@ -1,7 +1,6 @@
 """Fits to synthetic measurements, whose truth is known."""
 
 import math
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,6 @@ from scipy.stats import binom
 
 from capsule_sym import (
     InvalidInput,
-    NotInstalled,
     Parameters,
     PhysicalParameters,
     fit,
@@ -19,10 +17,11 @@ from capsule_sym import (
     simulate,
 )
 from capsule_sym._design import fit as fit_module
+from capsule_sym._design.guesses import limits_of
+from capsule_sym._design.least_squares import least
 from capsule_sym._design.measured import measured
-from capsule_sym._design.problem import Misfit
+from capsule_sym._design.misfit import Misfit
 from capsule_sym._design.quantities import dimensionless_slopes, values_of, varied
-from capsule_sym._design.residuals import Recorded
 from capsule_sym._parameters import names_of
 from capsule_sym.inputs import read_measured
 from capsule_sym.results import Status
@@ -60,7 +59,7 @@ def physical(device=DEVICE_TRUE, **options):
 
 def problem_of(data, system, unknown, state, phase):
     given = dict(zip(("x_r", "v_r", "v_c"), state, strict=True)) | {"phase": phase}
-    return Misfit([Recorded(measured(data), system, unknown, given)], unknown)
+    return Misfit(measured(data), system, unknown, given)
 
 
 def test_units_change_as_differences_say() -> None:
@@ -109,11 +108,11 @@ def test_the_jacobian_is_that_of_the_residuals(si) -> None:
         data[name][0] = data[name][0] if name == "t" else math.nan
     problem = problem_of(data, system, unknown, state, phase)
     at = problem.guess
-    jacobian = problem.at(at)[1]
+    jacobian = problem.jacobian(at)
     for k, name in enumerate(unknown):
         step = np.zeros(len(at))
         step[k] = 1e-7 * (abs(at[k]) or 1e-3)
-        change = (problem.at(at + step)[0] - problem.at(at - step)[0]) / (2 * step[k])
+        change = (problem.residuals(at + step) - problem.residuals(at - step)) / (2 * step[k])
         assert jacobian[:, k] == pytest.approx(change, abs=2e-6 * np.abs(change).max()), name
 
 
@@ -141,28 +140,6 @@ def test_a_device_is_fitted_in_si_units() -> None:
     assert found.success
     for name, value in found.values.items():
         assert abs(value - getattr(DEVICE_TRUE, name)) < 4 * found.standard_errors[name]
-    low, high = found.interval("mu")
-    assert low < found.values["mu"] < high
-    assert high - low == pytest.approx(2 * 1.96 * found.standard_errors["mu"], rel=0.2)
-
-
-def test_an_interval_ends_at_a_bound_of_the_fit_or_before() -> None:
-    data, guess = series(noise=2e-3), TRUE.replace(alpha=0.85)
-    how = {"state": START, "phase": PHASE}
-    free = fit(data, guess, ("alpha", "beta"), **how)
-    low, high = free.interval("alpha")
-    value = free.values["alpha"]
-    near = (low + value) / 2
-    bounded = fit(data, guess, ("alpha", "beta"), bounds={"alpha": (near, 1.0)}, **how)
-    assert bounded.interval("alpha") == (near, pytest.approx(high, abs=1e-6))
-    # A bound beyond the first step of the search is no end where the sum has grown before it.
-    beyond = low - (value - low) / 1000
-    bounded = fit(data, guess, ("alpha", "beta"), bounds={"alpha": (beyond, 1.0)}, **how)
-    assert bounded.interval("alpha") == (
-        pytest.approx(low, abs=1e-6),
-        pytest.approx(high, abs=1e-6),
-    )
-    assert bounded.interval("alpha")[0] > beyond
 
 
 @sampled
@@ -198,9 +175,8 @@ def test_outliers_are_told_by_a_robust_loss() -> None:
     assert abs(robust.values["alpha"] - 0.83) < 4 * robust.standard_errors["alpha"]
 
 
-@pytest.mark.parametrize("loss", ["huber", "cauchy"])
-def test_a_robust_loss_accepts_a_guess_without_residuals(loss) -> None:
-    found = fit(series(count=60), TRUE, ("alpha", "zeta"), state=START, phase=PHASE, loss=loss)
+def test_a_robust_loss_accepts_a_guess_without_residuals() -> None:
+    found = fit(series(count=60), TRUE, ("alpha", "zeta"), state=START, phase=PHASE, loss="cauchy")
     assert found.status == "converged"
     assert found.noise < 1e-12
 
@@ -209,13 +185,15 @@ def test_errors_of_a_robust_loss_are_those_of_huber() -> None:
     """Robust Statistics (1981), section 7.6, with Cauchy's influence r/(1 + r^2)."""
     data = series(noise=0.01, count=30, names=("x_m",))
     data["x_m"][::6] += 0.3
-    whole = fit(data, TRUE, ("alpha", "zeta"), state=START, phase=PHASE, loss="cauchy")
-    found = whole.found
-    r, n, p = found.residuals / found.loss.scale, 30, 2
+    problem = problem_of(data, TRUE, ("alpha", "zeta"), START, PHASE)
+    found = least(problem, problem.guess, limits_of(problem, {}), "cauchy", 200)
+    residuals, jacobian = problem.residuals(found.x), problem.jacobian(found.x)
+    r, n, p = residuals / found.scale, 30, 2
     influence, slope = r / (1 + r**2), (1 - r**2) / (1 + r**2) ** 2
     factor = 1 + p / n * slope.var() / slope.mean() ** 2
     size = factor**2 * (influence @ influence) / (n - p) / slope.mean() ** 2
-    expected = found.loss.scale**2 * size * np.linalg.inv(found.jac.T @ found.jac)
+    expected = found.scale**2 * size * np.linalg.inv(jacobian.T @ jacobian)
+    whole = fit(data, TRUE, ("alpha", "zeta"), state=START, phase=PHASE, loss="cauchy")
     assert whole.covariance == pytest.approx(expected, rel=1e-6)
 
 
@@ -250,19 +228,6 @@ def test_what_measurements_cannot_tell_is_named() -> None:
     assert found.standard_errors["alpha"] < 1e-6
     (lost,) = found.open_combinations
     assert abs(lost["gamma"]) == pytest.approx(1.0)
-    # An interval of what is open has no ends but the bounds.
-    assert found.interval("gamma") == (1e-12, np.inf)
-
-
-def test_a_border_within_the_errors_is_named() -> None:
-    # Grazing at x_r = delta: with the errors of the data it may touch or not.
-    p = Parameters(alpha=0.0, zeta=0.0, delta=0.5, gamma=1e6, f_b=10.0)
-    times = np.linspace(0, 12, 200)
-    x_r = simulate(p, (0.0, 0.5001, 0.0), 0.0, 3)(times)[:, 0]
-    data = {"t": times, "x_r": x_r + 0.01 * np.random.default_rng(3).normal(size=200)}
-    found = fit(data, p, ("v_r",), state=(0.0, 0.5, 0.0))
-    assert found.border == "v_r"
-    assert fit(series(), TRUE, ("alpha",), state=START, phase=PHASE).border == ""
 
 
 def times_1000(*names):
@@ -358,35 +323,6 @@ def test_a_column_that_stands_twice_is_refused(tmp_path) -> None:
         measured(frame)
 
 
-def test_a_parquet_file_is_read_as_it_is(tmp_path) -> None:
-    parquet, arrow = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("pyarrow")
-    data = series(count=60)
-    x_m = [None if i % 4 == 1 else value for i, value in enumerate(data["x_m"])]
-    table = arrow.table({"t": data["t"], " x_m": x_m})
-    parquet.write_table(table, tmp_path / "data.parquet")
-    read = read_measured(tmp_path / "data.parquet")
-    assert list(read) == ["t", "x_m"]
-    assert np.array_equal(read["x_m"], np.array(x_m, float), equal_nan=True)
-    for columns, named in (
-        ([data["t"], data["x_m"], data["x_m"]], "column = 'x_m'"),
-        ([data["t"], ["one"] * 60], "x_m = "),
-    ):
-        names = ["t", "x_m", "x_m"][: len(columns)]
-        parquet.write_table(arrow.table(columns, names), tmp_path / "data.parquet")
-        with pytest.raises(InvalidInput, match=named):
-            read_measured(tmp_path / "data.parquet")
-    (tmp_path / "data.parquet").write_text("t,x_m")
-    with pytest.raises(InvalidInput, match="a Parquet file"):
-        read_measured(tmp_path / "data.parquet")
-
-
-def test_a_parquet_file_without_pyarrow_names_what_is_missing(tmp_path, monkeypatch) -> None:
-    for name in ("pyarrow", "pyarrow.parquet"):
-        monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(NotInstalled, match=r"pyarrow is missing: python -m pip install pyarrow$"):
-        read_measured(tmp_path / "data.parquet")
-
-
 @pytest.mark.parametrize(
     ("change", "named"),
     [
@@ -460,45 +396,22 @@ def test_bad_files_are_named(tmp_path, text, named) -> None:
         read_measured(tmp_path / "absent.csv")
 
 
-@pytest.mark.parametrize(
-    "loss",
-    ["soft_l1", *(pytest.param(name, marks=pytest.mark.long) for name in ("huber", "cauchy"))],
-)
-def test_a_robust_interval_fits_the_robust_errors(loss) -> None:
-    data = series(noise=0.01, seed=4, count=300)
-    plain = fit(data, TRUE, ("alpha", "zeta"), state=START, phase=PHASE)
-    spoilt = {name: column.copy() for name, column in data.items()}
-    spoilt["x_c"][::20] += 1.0  # every twentieth is far off
-    found = fit(spoilt, TRUE, ("alpha", "zeta"), state=START, phase=PHASE, loss=loss)
-    for name in ("alpha", "zeta"):
-        low, high = found.interval(name)
-        assert low < found.values[name] < high
-        assert low < getattr(TRUE, name) < high
-        # Five per cent of outliers cost little: the interval is about that without them.
-        assert (high - low) / np.ptp(plain.interval(name)) == pytest.approx(1.2, abs=0.35)
-
-
-@pytest.mark.parametrize(("run", "loss"), [(1, "linear"), (4, "linear"), (9, "cauchy")])
+@pytest.mark.parametrize(("run", "loss"), [(1, "linear"), (7, "linear"), (15, "cauchy")])
 def test_a_fit_that_is_out_of_time_has_the_best_that_was_tried(monkeypatch, run, loss) -> None:
-    # Without noise the fit may be exact, and then an interval is a point that is known at once.
     data, guess = series(count=60, noise=1e-3), TRUE.replace(alpha=0.9, beta=1.2)
     how = {"state": START, "phase": PHASE, "loss": loss}
-    whole = fit(data, guess, ("alpha", "beta"), **how)
-    assert whole.success
+    assert fit(data, guess, ("alpha", "beta"), **how).success
     clock = Clock(monkeypatch, rf", {run} runs?\b")
     limited = {"max_seconds": LIMIT, "progress": clock.progress}
     found = fit(data, guess, ("alpha", "beta"), **limited, **how)
     assert (found.status, found.success) == ("time-limit", False)
-    tried = run > 1
-    assert np.isfinite(found.residuals).all() == tried
-    if tried:
-        problem = problem_of(data, guess, ("alpha", "beta"), START, PHASE)
-        values = np.array(list(found.values.values()))
-        assert np.array_equal(problem.residuals(values), found.residuals)
+    problem = problem_of(data, guess, ("alpha", "beta"), START, PHASE)
+    values = np.array(list(found.values.values()))
+    assert np.array_equal(problem.residuals(values), found.residuals)
+    if run > 1:
         assert np.sum(found.residuals**2) < np.sum(problem.residuals(problem.guess) ** 2)
     else:
-        assert list(found.values.values()) == [0.9, 1.2]
-    assert np.isnan(whole.interval("alpha", max_seconds=1e-7)).all()
+        assert values.tolist() == [0.9, 1.2]
 
 
 def test_the_time_in_which_guesses_are_drawn_counts(monkeypatch) -> None:
@@ -514,25 +427,22 @@ def test_the_time_in_which_guesses_are_drawn_counts(monkeypatch) -> None:
     assert found.status == "time-limit"
 
 
-def test_a_fit_of_many_rows_takes_few_derivatives_and_blocks_of_memory(monkeypatch) -> None:
+def test_derivatives_are_taken_at_steps_alone(monkeypatch) -> None:
     rows = []
 
     def counted(run, times):
         rows.append(len(times))
         return sensitivities(run, times)
 
-    monkeypatch.setattr("capsule_sym._design.residuals.sensitivities", counted)
-    monkeypatch.setattr("capsule_sym._design.residuals._BLOCK", 100)
+    monkeypatch.setattr("capsule_sym._design.misfit.sensitivities", counted)
     told = []
     how = {"state": START, "phase": PHASE, "starts": 8, "progress": told.append}
     data = series(count=250, noise=1e-3)
     found = fit(data, TRUE.replace(alpha=0.85), ("alpha", "beta"), follow=1, **how)
     assert found.success
-    assert max(rows) == 100
     assert told[0] == "guess 1 of 9, 1 run"
-    # Guesses and the itineraries beside the minimum are looked at without derivatives.
-    assert sum(rows) == 250 * sum(text.startswith("start 1 of 1") for text in told)
-    assert len(told) >= sum(rows) / 250 + 9 + 5
+    assert set(rows) == {250}
+    assert len(rows) <= (found.evaluations - 9) / 2 + 1
 
 
 def test_derivatives_that_do_not_exist_are_not_given_to_lapack(capfd, monkeypatch) -> None:
@@ -541,7 +451,7 @@ def test_derivatives_that_do_not_exist_are_not_given_to_lapack(capfd, monkeypatc
         found.slopes[times > 40.0] = np.inf
         return found
 
-    monkeypatch.setattr("capsule_sym._design.residuals.sensitivities", after_grazing)
+    monkeypatch.setattr("capsule_sym._design.misfit.sensitivities", after_grazing)
     how = {"state": START, "phase": PHASE}
     found = fit(series(count=60), TRUE.replace(alpha=0.85), ("alpha",), **how)
     assert found.values["alpha"] == pytest.approx(0.83, abs=1e-6)

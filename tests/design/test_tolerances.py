@@ -30,8 +30,6 @@ def test_indices_of_a_sum_are_shares_of_the_variance() -> None:
     assert one.mean == pytest.approx(10 * BASE.alpha + BASE.beta, rel=1e-3)
     assert one.deviation == pytest.approx(math.sqrt(variances.sum()), rel=5e-3)
     assert one.numbers == 1.0
-    for index, ends in ((one.first, one.first_interval), (one.total, one.total_interval)):
-        assert np.all((ends[:, 0] < index) & (index < ends[:, 1]))
 
 
 @pytest.mark.long
@@ -69,34 +67,22 @@ COEXISTING = Parameters(alpha=1.2, omega=1.2, zeta=0.02, beta=20.0, delta=0.1)
 
 
 @pytest.mark.long
-def test_kept_and_lost_motions_are_those_that_are_followed_one_by_one() -> None:
-    """A sample's motion is the nominal one if its branch, followed exactly, comes to it."""
+def test_other_itineraries_are_those_of_motions_found_one_by_one() -> None:
     found = tolerances("velocity", {"omega": 0.2}, COEXISTING, samples=64)
     first = capsule_sym.solve_orbit(COEXISTING)
-    lost, elsewhere, changed, without = 0, 0, 0, 0
+    changed, without = 0, 0
     for (omega,) in found.parameters.tolist():
-        system = COEXISTING.replace(omega=omega)
-        branch = capsule_sym.continue_orbit(first, "omega", omega)
-        last = branch.points[-1]
-        stable = branch.success and max(map(abs, last.multipliers)) < 1
-        reached = capsule_sym.solve_orbit(system)
-        lost += not stable
-        here = reached.success and reached.itinerary.period_number == first.itinerary.period_number
-        same = here and abs(last.orbit.average_velocity - reached.average_velocity) < 1e-9
-        elsewhere += stable and not same
+        reached = capsule_sym.solve_orbit(COEXISTING.replace(omega=omega))
         without += not reached.success
         changed += not reached.success or str(reached.itinerary) != str(first.itinerary)
     assert found.periodic.value == 1 - without / 64
-    assert found.lost.value == pytest.approx(lost / 64, abs=1e-12)
-    assert found.elsewhere.value == pytest.approx(elsewhere / 64, abs=1e-12)
     assert found.changed.value == pytest.approx(changed / 64, abs=1e-12)
-    assert 0 < lost < 64
-    assert elsewhere > 0
+    assert 0 < changed < 64
 
 
 def test_small_tolerances_keep_the_motion_and_the_result_repeats() -> None:
     one, other = (tolerances("speed", {"alpha": 0.01}, BASE, samples=64, seed=3) for _ in range(2))
-    assert (one.changed.value, one.elsewhere.value, one.lost.value) == (0.0, 0.0, 0.0)
+    assert one.changed.value == 0.0
     assert one.periodic.value == 1.0
     assert one.itineraries == ((" ".join(one.itinerary), 1.0),)
     assert json.dumps(one.to_dict()) == json.dumps(other.to_dict())
@@ -154,7 +140,7 @@ def test_the_command_prints_and_refuses(call) -> None:
     assert shown["names"] == ["alpha", "zeta"]
     assert shown["metrics"][0]["metric"] == "speed"
     status, out, err = call("tolerances", "--tolerance", "alpha=0.05", "--samples", "64")
-    assert "another attractor" in out
+    assert "another itinerary" in out
     status, out, err = call("tolerances", "--normal", "delta=1")
     assert (status, len(err)) == (2, 1)
     status, out, err = call(

@@ -37,7 +37,6 @@ SLOW = {
     "docs/howto/orbit.md",
     "docs/howto/own-scene.md",
     "docs/howto/pulse.md",
-    "docs/howto/rig.md",
     "docs/howto/sweep.md",
     "docs/output.md",
     "docs/tutorials/prototype.md",

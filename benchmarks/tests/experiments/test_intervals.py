@@ -13,13 +13,12 @@ from tests.sampling import ALL, many, sampled
     [
         ("linear", "normal"),
         ("linear", "unlike"),
-        *((loss, "outliers") for loss in ("soft_l1", "huber", "cauchy", "arctan")),
+        ("cauchy", "outliers"),
     ],
 )
-@pytest.mark.parametrize("kind", ["errors", "profile"])
-def test_intervals_hold_the_truth(loss, errors, kind) -> None:
+def test_intervals_hold_the_truth(loss, errors) -> None:
     sets = many(200, 4)
-    found = held(loss, errors, 20, range(sets), kind)
+    found = held(loss, errors, 20, range(sets))
     # Fewer of each parameter than this happen once in a million.
     assert found.sum(axis=0).min() >= binom.ppf(1e-6, sets, 0.95)
     if ALL:

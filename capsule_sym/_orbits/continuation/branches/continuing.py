@@ -43,9 +43,6 @@ from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, same, springless, whole_orbit
-from capsule_sym._parameters import SceneParameters
-
-_SHARE = "share"  # parameter of a straight line, from 0 to 1
 
 
 def continue_orbit(
@@ -130,23 +127,6 @@ def continue_orbit(
             # The branch itself records the time limit.
             found = BranchRun(continuation, points).go(u, np.eye(len(u))[-1])
     return found
-
-
-def continue_straight(
-    orbit: Orbit, parameters: SceneParameters, *, points: int = 100
-) -> Branch | None:
-    """Branch along a straight line to other parameters; None if they are the orbit's own."""
-    begin, end = orbit.parameters.to_dict(), parameters.to_dict()
-    # The first of them gives the share: the parameter that changes most.
-    names = sorted(end, key=lambda name: -abs(end[name] - begin[name]))
-    ties = {
-        name: f"{begin[name]!r} + {end[name] - begin[name]!r}*{_SHARE}"
-        for name in names
-        if end[name] != begin[name]
-    }
-    if not ties:
-        return None
-    return continue_orbit(orbit, _SHARE, 1.0, points=points, ties=ties)
 
 
 def continue_both_ways(

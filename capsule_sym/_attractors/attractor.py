@@ -1,0 +1,183 @@
+"""Results of attractors: closed orbits, and the starts that lead to each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._arrays import Vector
+from capsule_sym._attractors.destinations import Cycle
+from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
+from capsule_sym._errors import Status, counted
+from capsule_sym._map.itinerary import begun
+from capsule_sym._map.labelled import Labelled, package
+from capsule_sym._map.result import Result, brief, record
+from capsule_sym._map.steady import shown_progression
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
+from capsule_sym._parameters import Scene, SceneParameters
+
+
+@dataclass(frozen=True, eq=False)
+class Attractor:
+    """Stable closed orbit, and the number of starts that lead to it; dimensionless.
+
+    `interval` is the 95 % confidence interval of the fraction of the box, by Clopper and Pearson,
+    for practically independent starts.
+    """
+
+    orbit: Orbit
+    count: int
+    fraction: float
+    interval: tuple[float, float]
+
+    def __repr__(self) -> str:
+        return brief(self, self.orbit.summary, f"of {self.fraction:.3g}")
+
+    @cached_property
+    def states(self) -> Vector:
+        """States at phase 0, shape (period_number, 3), dimensionless."""
+        return stroboscopic(self.orbit)
+
+    @cached_property
+    def itinerary(self) -> str:
+        """Fields of the orbit, such as "F5 F2", from its standard first field."""
+        return shown_itinerary(self.orbit)
+
+    @property
+    def period_number(self) -> int:
+        """Excitation periods of one period of the orbit."""
+        return self.orbit.itinerary.period_number
+
+    @cached_property
+    def progression(self) -> float:
+        """Advance of x_c per excitation period, 0 without drift; dimensionless."""
+        return shown_progression(self.orbit.motion)
+
+    @property
+    def multiplier(self) -> float:
+        """Largest modulus of the Floquet multipliers."""
+        return float(abs(self.orbit.multipliers[0]))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Attractor as plain values."""
+        return (
+            record(self, "itinerary period_number progression")
+            | record(self.orbit, "multipliers")
+            | record(self, "count fraction interval states")
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Attractors(Result, Labelled):
+    """Attractors of one parameter set, that of the most starts first; dimensionless.
+
+    `numbers` has for each start the number of its attractor among `attractors`, or -1 if it has not
+    settled on a closed orbit within the run: chaos, an orbit of more than 16 periods, a slow
+    approach, or a run that was ended by a time limit or Ctrl-C. `unsettled` is the number of these.
+    """
+
+    parameters: SceneParameters
+    attractors: tuple[Attractor, ...]
+    states: Vector
+    """Start states (x_r, v_r, v_c), shape (n, 3)."""
+    phases: Vector
+    """Phases of the starts (times in the excitation period), shape (n,)."""
+    numbers: NDArray[np.int16]
+    """Attractor number of each start, shape (n,)."""
+    periods: int
+    """Excitation periods after which a run counts as unsettled."""
+    status: Status
+    _recorded = "parameters starts unsettled periods attractors"
+
+    @property
+    def starts(self) -> int:
+        """Number of starts."""
+        return len(self.numbers)
+
+    @property
+    def unsettled(self) -> int:
+        """Number of starts that did not settle."""
+        return int((self.numbers == NONE).sum())
+
+    @property
+    def message(self) -> str:
+        """Number of attractors and of unsettled starts, as a sentence."""
+        found = len(self.attractors)
+        lead = "leads" if self.starts == 1 else "lead"
+        text = f"{counted(self.starts, 'start')} {lead} to {counted(found, 'attractor')}"
+        if self.status is not Status.FINISHED:
+            why = "time limit reached, or interrupted"
+            return f"{text}; {why}, before {self.unsettled} of them had settled"
+        periods = counted(self.periods, "excitation period")
+        late = f"{counted(self.unsettled, 'has', 'have')} not settled within {periods}"
+        return f"{text}; {late}" if self.unsettled else text
+
+    @property
+    def scene(self) -> Scene:
+        """Scene of the parameters."""
+        return self.parameters.scene
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Attractors as columns, shape (k,)."""
+        ends = np.reshape([one.interval for one in self.attractors], (-1, 2))
+
+        def column(name: str, kind: type) -> NDArray[Any]:
+            return np.array([getattr(one, name) for one in self.attractors], dtype=kind)
+
+        return {
+            "itinerary": column("itinerary", np.str_),
+            "period_number": column("period_number", int),
+            "progression": column("progression", float),
+            "largest_multiplier": column("multiplier", float),
+            "count": column("count", int),
+            "fraction": column("fraction", float),
+            "fraction_low": ends[:, 0],
+            "fraction_high": ends[:, 1],
+        }
+
+
+def closed_orbit(parameters: SceneParameters, cycle: Cycle) -> Orbit | None:
+    """Orbit of a cycle, solved in its itinerary; None if that fails."""
+    state, number = cycle.states[0].tolist(), len(cycle.states)
+    found = orbit_at(parameters, state, number)
+    settled = found or solve_orbit(parameters, state, 0.0, 2 * number + 1)
+    return settled if settled.success else None
+
+
+def collected(
+    numbers: NDArray[Any], orbits: Sequence[Orbit | None]
+) -> tuple[tuple[Attractor, ...], NDArray[np.int16]]:
+    """Attractors in the order of the most starts, and the starts' new numbers in that order.
+
+    Starts whose orbit is None get the number NONE.
+    """
+    counts = np.bincount(numbers[numbers >= 0], minlength=len(orbits))
+    order = [i for i in np.argsort(-counts, kind="stable").tolist() if orbits[i] is not None]
+    rank, total = np.full(len(orbits) + 1, NONE), numbers.size  # NONE counts from the end
+    rank[order] = np.arange(len(order))
+    chosen = [orbit for i in order if (orbit := orbits[i]) is not None]
+    found = tuple(
+        Attractor(orbit, count, count / total, interval(count, total))
+        for orbit, count in zip(chosen, counts[order].tolist(), strict=True)
+    )
+    return found, rank[numbers].astype(np.int16)
+
+
+def interval(count: int, total: int) -> tuple[float, float]:
+    """95 % Clopper-Pearson interval of a fraction, from the count of its starts."""
+    inverse = package("scipy.special").betaincinv
+    low = inverse(count, total - count + 1, 0.025) if count else 0.0
+    high = inverse(count + 1, total - count, 0.975) if count < total else 1.0
+    return float(low), float(high)
+
+
+def shown_itinerary(orbit: Orbit) -> str:
+    """Fields of an orbit, such as "F5 F2", from its standard first field."""
+    return " ".join(f"F{field}" for field in begun(orbit.itinerary.fields, orbit.scene))

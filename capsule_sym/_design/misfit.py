@@ -1,0 +1,167 @@
+"""Residuals of a run at measured times, with their exact Jacobian through all switches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from capsule_sym._arrays import Matrix, Vector
+from capsule_sym._design.measured import OF_STATE, Measured
+from capsule_sym._design.quantities import System, dimensionless, varied
+from capsule_sym._design.sensitivities import START, columns_of, sensitivities
+from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._map import Trajectory, simulate
+from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._parameters import SceneDevice, names_of
+
+OF_START = (*START, "x_c")
+STATE, PHASE = START[:-1], START[-1]
+LOST = 1e3
+"""Residual, in standard deviations of its column, of a motion that ends too early."""
+
+
+class _Motion(NamedTuple):
+    """Motion at values of the unknowns, and its times (n,); dimensionless."""
+
+    run: Trajectory
+    times: Vector
+    own: dict[str, Any]
+    """Start and parameters, with derivatives by the unknowns."""
+    units: dict[str, Slope]
+    """Units of the start, with derivatives."""
+    whole: float
+    """Whole periods by which the phase is reduced, as a time over omega."""
+
+
+class Misfit:
+    """Residuals at values of the unknowns, in standard deviations of each column.
+
+    They are model minus measurement, (n,).
+    """
+
+    def __init__(
+        self,
+        data: Measured,
+        system: System,
+        unknown: Sequence[str],
+        given: Mapping[str, float],
+        progress: Callable[[str], object] | None = None,
+    ) -> None:
+        """`given` has state and phase at the first time; of unknowns these are guesses.
+
+        Raises InvalidInput unless there are more values than unknowns.
+        """
+        self.data, self.system, self.unknown = data, system, tuple(unknown)
+        self.progress, self.doing, self.evaluations = progress, "", 0
+        own = {one: getattr(system, one) for one in names_of(system)}
+        self.base: dict[str, float] = own | {"x_c": 0.0} | dict(given)
+        self.guess = np.array([float(self.base[one]) for one in self.unknown])
+        self.latest = self.guess
+        """Values of the latest Jacobian: the best ones of a search that a time limit ends."""
+        if len(self.unknown) >= len(data.values):
+            told = counted(len(data.values), "value")
+            raise InvalidInput("data", told, "more values than unknowns")
+        self.rows = np.array([OF_STATE[one] for one in data.names])[data.column]
+        self.speeds = np.array([one.startswith("v") for one in data.names])[data.column]
+        spreads = [data.values[data.column == k].std() for k in range(len(data.names))]
+        self.scales = np.array(spreads)[data.column]
+        self.times, self.which = np.unique(data.times - data.begin, return_inverse=True)
+
+    def now(self, values: Vector) -> dict[str, float]:
+        """All values by name, with these values of the unknowns."""
+        return self.base | self.named(values)
+
+    def system_at(self, values: Vector) -> System:
+        """System with these values of the unknowns."""
+        now = self.now(values)
+        return type(self.system)(**{name: now[name] for name in names_of(self.system)})
+
+    def named(self, values: Vector) -> dict[str, float]:
+        """Values by the names of the unknowns."""
+        return dict(zip(self.unknown, values.tolist(), strict=True))
+
+    def sizes(self, values: Vector) -> Vector:
+        """Reference sizes for relative changes of the unknowns."""
+        units = dict(zip(OF_START, units_of(self.system).tolist(), strict=True))
+        least = [max(abs(self.base[one]), units.get(one, 0.0)) for one in self.unknown]
+        found = np.maximum(np.abs(values), least)
+        return np.where(found == 0.0, 1.0, found)
+
+    def residuals(self, values: Vector) -> Vector:
+        """Residuals (n,); all are LOST for a motion that does not reach the last of the times."""
+        motion = self._motion(values)
+        if motion is None:
+            return np.full(len(self.data.values), LOST)
+        model = self._quantities(motion, motion.run(motion.times, position=True))
+        return np.asarray((self._units(motion) * model - self.data.values) / self.scales)
+
+    def jacobian(self, values: Vector) -> Matrix:
+        """Jacobian of the residuals (n, k); 0 behind a tangential switch and for a lost motion."""
+        self.latest, motion = values.copy(), self._motion(values)
+        if motion is None:
+            return np.zeros((len(self.data.values), len(values)))
+        own, none, columns = motion.own, np.zeros(len(values)), columns_of(self.system.scene)
+        moved = sensitivities(motion.run, motion.times)
+        chain = np.array([getattr(own[name], "slope", none) for name in columns])
+        # The phase was reduced by whole periods, which depend on omega.
+        chain[columns.index(PHASE)] += motion.whole * chain[columns.index("omega")]
+        # Derivatives of the logarithms of the units of length and of time.
+        by_length, by_time = (motion.units[n].slope / motion.units[n].value for n in ("x_c", PHASE))
+        by = np.where(np.isfinite(moved.slopes), moved.slopes, 0.0) @ chain
+        elapsed = self.times / motion.units[PHASE].value
+        by -= moved.rates[..., None] * (elapsed[:, None, None] * by_time)
+        by[:, OF_STATE["x_c"].index(1.0)] += own["x_c"].slope
+        each = np.einsum("nk,nkj->nj", self.rows, by[self.which])
+        model = self._quantities(motion, moved.states)
+        each += model[:, None] * (by_length - self.speeds[:, None] * by_time)
+        return np.asarray((self._units(motion) / self.scales)[:, None] * each)
+
+    def _motion(self, values: Vector) -> _Motion | None:
+        """Motion at these values; None if it does not reach the last of the times."""
+        self.evaluations += 1
+        if self.progress is not None:
+            self.progress(f"{self.doing}, {counted(self.evaluations, 'run')}")
+        now = varied(self.system.scene, self.now(values), self.unknown)
+        own, units = dict(vars(now)), dict.fromkeys(OF_START, Slope(1.0, np.zeros(len(values))))
+        if isinstance(self.system, SceneDevice):
+            own, units = own | now.ratios(), {name: now.scale(name) for name in OF_START}
+        # The start is fixed in SI units, so that the dimensionless start varies with the units.
+        own |= {name: own[name] / unit for name, unit in units.items()}
+        p, phase = dimensionless(self.system_at(values)), own[PHASE].value
+        reduced = phase % p.period
+        reduced = 0.0 if reduced >= p.period else reduced
+        times = reduced + self.times / units[PHASE].value
+        periods = max(1, math.ceil(times[-1] / p.period + 1e-9))
+        try:
+            run = simulate(p, tuple(own[name].value for name in STATE), reduced, periods)
+        except InvalidInput:  # of values that are out of range for a run
+            if np.array_equal(values, self.guess):
+                raise
+            return None
+        if not run.success or times[-1] > run.span[1]:
+            return None
+        return _Motion(run, times, own, units, (phase - reduced) / p.omega)
+
+    def _quantities(self, motion: _Motion, states: Matrix) -> Vector:
+        """Measured quantities (n,) of the states at the different times; dimensionless."""
+        origin = motion.own["x_c"].value * np.array(OF_STATE["x_c"])
+        return np.asarray(np.sum(self.rows * (states + origin)[self.which], axis=1))
+
+    def _units(self, motion: _Motion) -> Vector:
+        """Unit of each value, (n,)."""
+        return np.where(self.speeds, motion.units["v_r"].value, motion.units["x_c"].value)
+
+
+def units_of(system: System) -> Vector:
+    """Units of the start, in the order of OF_START."""
+    if isinstance(system, SceneDevice):
+        return np.array([system.scale(name) for name in OF_START])
+    return np.ones(len(OF_START))
+
+
+def period_of(system: System) -> float:
+    """Excitation period, in the system's unit of time."""
+    return float(dimensionless(system).period * units_of(system)[OF_START.index(PHASE)])
