@@ -140,7 +140,8 @@ def test_the_command_prints_and_refuses(call) -> None:
     assert shown["names"] == ["alpha", "zeta"]
     assert shown["metrics"][0]["metric"] == "speed"
     status, out, err = call("tolerances", "--tolerance", "alpha=0.05", "--samples", "64")
-    assert "another itinerary" in out
+    assert "changed" in out
+    assert "elsewhere" not in out
     status, out, err = call("tolerances", "--normal", "delta=1")
     assert (status, len(err)) == (2, 1)
     status, out, err = call(
