@@ -134,8 +134,8 @@ class Model(Declared):
         if default is None and self.quantities and (last := self.quantities[-1]).optional:
             said = f"{name} has no default, and stands after {last.name}, which has one"
             raise self.refusal(line, said)
-        own = {"name": name, "unit": unit, "value": value, "optional": default is not None}
-        self.quantities.append(Quantity(*between, **own, **facts))
+        facts |= {"name": name, "unit": unit, "value": value, "optional": default is not None}
+        self.quantities.append(Quantity(*between, **facts))
 
     def unit(self, name: str, letter: str, relation: str, about: str) -> None:
         """The device's unit of force, rate or length, by its relation to the quantities."""
@@ -177,8 +177,8 @@ class Model(Declared):
             raise self.refusal(line, f"parameter {name} is declared twice, by letters of any case")
         sign = {"positive": True} if low > 0 else {"real" if low < 0 else "nonnegative": True}
         symbol = sp.Symbol(name, **sign)
-        own = {"symbol": symbol, "default": default, "si": si}
-        self.parameters.append(Parameter(low, high, **own, **facts))
+        facts |= {"symbol": symbol, "default": default, "si": si}
+        self.parameters.append(Parameter(low, high, **facts))
         return symbol
 
     def states(self) -> tuple[sp.Symbol, ...]:
@@ -299,7 +299,7 @@ class Model(Declared):
         facts: dict[str, Any],
     ) -> None:
         """Raise BadDeclaration unless numbers are finite, values in range and texts not empty."""
-        slider = facts["slider"]
+        slider = facts.get("slider")
         for kind, given, count in (("range", between, 2), ("slider", slider, 3)):
             if not isinstance(given, list | tuple) or len(given) != count:
                 raise self.refusal(line, f"the {kind} of {name} is {count} numbers, not {given!r}")
@@ -309,7 +309,7 @@ class Model(Declared):
         if not (slider[0] < slider[1] and slider[2] > 0):
             raise self.refusal(line, f"the slider of {name} is least, largest and step > 0")
         self._check_texts(line, **{k: text for k, text in facts.items() if k != "slider"})
-        if len(facts["label"]) > _LONGEST:
+        if len(facts.get("label", "")) > _LONGEST:
             raise self.refusal(line, f"the label of {name} is longer than {_LONGEST} characters")
         low, high = between
         if not low <= value <= high:
