@@ -81,7 +81,7 @@ class NotInstalled(CapsuleError, ImportError):
 
 
 _EXTRAS = {
-    "plot": ("matplotlib", "shapely", "textalloc"),
+    "plot": ("matplotlib", "textalloc"),
     "sweep": ("filelock", "xarray", "zarr"),
     "symbolic": ("flint", "sympy"),
 }

@@ -57,7 +57,7 @@ class Picture(NamedTuple):
 @command()
 def figure(
     *,
-    results: Annotated[tuple[Path, ...], _RESULTS],
+    subjects: Annotated[tuple[Path, ...], _RESULTS],
     picture: Annotated[Picture, group(Picture)],
     scene: options.ForeignScene = None,
     quantity: Annotated[str | None, option("--of", type=_QUANTITIES, metavar="NAME")] = None,
@@ -82,14 +82,14 @@ def figure(
         Of a sweep: a file of `curve --json` or --out, whose curves are drawn on top; any number.
     """
     picture.check()
-    if os.path.isdir(first := results[0]):
-        if len(results) > 1:
-            raise click.UsageError(f"{first} is drawn alone: leave {results[1]} out")
+    if os.path.isdir(first := subjects[0]):
+        if len(subjects) > 1:
+            raise click.UsageError(f"{first} is drawn alone: leave {subjects[1]} out")
         drawn = _of_sweep(first, quantity, curves, picture.width)
     else:
         if curves:
             raise click.UsageError(f"--curve is for sweeps, which {first} is not")
-        drawn = _of_files(results, quantity, picture.width)
+        drawn = _of_files(subjects, quantity, picture.width)
     capsule_sym.figures.save_figure(drawn, picture.out, dpi=picture.dpi)
     present.report_written(picture.out, as_json=as_json)
 

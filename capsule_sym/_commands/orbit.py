@@ -72,7 +72,8 @@ def orbit(
             )
     else:
         found = [settled(parameters, state, limit, as_json)]
-    records = [_record(one, device) for one in found]
+    exact = as_json or out is not None
+    records = [_record(one, device, exact) for one in found]
     if search is None:
         record, pictures = records[0], {"orbit.svg": partial(capsule_sym.plot, found[0])}
     else:
@@ -84,11 +85,15 @@ def orbit(
         present.fail_early("the search ends", search)
 
 
-def _record(one: capsule_sym.results.Orbit, device: options.Device) -> dict[str, Any]:
+def _record(one: capsule_sym.results.Orbit, device: options.Device, exact: bool) -> dict[str, Any]:
+    """Record of an orbit; unless it is exact, a progression that is rounding alone is 0."""
+    from capsule_sym._map.steady import shown_progression
     from capsule_sym._orbits.continuation.records import orbit_record
     from capsule_sym._records import in_si
 
     record = orbit_record(one)
+    if not exact and shown_progression(one.motion) == 0:
+        record |= {name: {"value": 0.0} for name in ("velocity", "progression")}
     return record if device is None else record | {"si": in_si(device, record)}
 
 

@@ -96,7 +96,7 @@ def sweep(
     over = options.ranges()
     settings: dict[str, Any] = {"periods": periods, "compute": compute and compute.split(",")}
     if metric is not None:
-        options.require("matplotlib", "shapely")
+        options.require("matplotlib")
         if len(over) > 2:
             raise click.UsageError(f"--of {metric} draws one or two axes, not {len(over)}")
         needed = (of for of, results in VARIABLES.items() if metric in results)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from capsule_sym._figures.layout import add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
+    AREAS,
     LABELS,
     area_colours,
     blank,
@@ -21,6 +22,8 @@ from capsule_sym._figures.style import (
 
 if TYPE_CHECKING:
     from capsule_sym._attractors.branches import AttractorBranch, ContinuedAttractors
+
+_HATCHES = ("", "/////", ".....", "xxxxx")  # of attractors that share a colour
 
 
 @styled
@@ -79,8 +82,9 @@ def plot_attractors(
         f"{branch.number}  {name} {share(branch.fractions.min(), branch.fractions.max())}"
         for branch, name in zip(found.branches, names, strict=True)
     ]
-    colours = area_colours(figure, names)
-    axes.stackplot(found.values, shares, labels=labels, colors=colours, edgecolor="white")
+    looks: dict[str, Any] = {"colors": area_colours(figure, names), "edgecolor": "white"}
+    looks["hatch"] = [_HATCHES[one.number // len(AREAS) % len(_HATCHES)] for one in found.branches]
+    axes.stackplot(found.values, shares, labels=labels, **looks)
     for mark, label, face, level, chosen in (
         ("^", "birth", "black", 1.035, [one.birth for one in found.branches]),
         ("v", "death", "white", 1.085, [one.death for one in found.branches]),

@@ -49,7 +49,7 @@ class Held:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
-        if not (self.path / SWEEP).is_file():
+        if not os.path.isfile(self.path / SWEEP):
             raise InvalidInput("store", str(path), "a directory that holds a sweep")
         with undamaged(self.path):
             self.head: dict[str, Any] = read_json(self.path / SWEEP, "a record", "store")
