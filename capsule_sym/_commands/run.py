@@ -5,8 +5,6 @@ from __future__ import annotations
 import sys
 from typing import Annotated, Any, Literal
 
-import click
-
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
@@ -56,7 +54,6 @@ def run(
         Prove every switch of the run, and its end, in ball arithmetic, and write its certificate
         here.
     """
-    from capsule_sym._map.drift import dragged
     from capsule_sym._native import Watch
     from capsule_sym._records import physical_record, run_record
 
@@ -83,10 +80,6 @@ def run(
     pictures = {"run.svg": lambda: capsule_sym.plot(trajectory)} if trajectory.success else {}
     shown = record if as_json else {**record, **_in_short(trajectory, motion)}
     present.result(shown, as_json, out, {"run.json": record}, pictures)
-    if motion is None and trajectory.success:
-        how = "more --periods, or capsule-sym orbit, which solves the orbit of a slow approach"
-        why = dragged(parameters) or how
-        click.echo(f"not steady within {counted(periods, 'period')}: {why}", err=True)
     present.certificates(certify, [trajectory], limit)
     if not trajectory.segments:
         present.fail(f"nothing was computed, {trajectory.message}")
@@ -95,7 +88,8 @@ def run(
 def _in_short(
     trajectory: capsule_sym.results.Trajectory, motion: capsule_sym.results.SteadyMotion | None
 ) -> dict[str, Any]:
-    """The segments of the last motion or period, and a progression without rounding."""
+    """The segments of the last motion or period, its progression, or why there is none."""
+    from capsule_sym._map.drift import dragged
     from capsule_sym._map.steady import shown_progression
     from capsule_sym._records import segment_record
 
@@ -103,4 +97,8 @@ def _in_short(
     segments = motion.segments if motion else trajectory.segments
     last = [one for one in segments if motion or one.end >= (count - 1, phase)]
     shown = [segment_record(one) | {"duration": one.duration} for one in last]
-    return {"segments": shown, "progression": shown_progression(motion) if motion else None}
+    if motion is not None:
+        return {"segments": shown, "progression": shown_progression(motion)}
+    how = "more --periods, or capsule-sym orbit, which solves the orbit of a slow approach"
+    why = f"within {counted(count, 'period')}: {dragged(trajectory.parameters) or how}"
+    return {"segments": shown} | ({"not_steady": why} if trajectory.success else {})

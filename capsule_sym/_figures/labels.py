@@ -12,6 +12,8 @@ from capsule_sym._figures.notebook import StyledFigure
 from capsule_sym._figures.style import figure_of
 
 _RIM = 3.5  # points from a named point to its name, so that a marker there stays free
+_LED = 8.0  # points from which on a line leads to a name
+_OFF = 2.0  # points between a name and the line that leads to it
 _LOOKS: dict[str, Any] = {
     **{"margin": 0.003, "min_distance": 0.003, "max_distance": 0.6, "nbr_candidates": 1000},
     **{"textsize": "small", "zorder": 30, "linecolor": "black", "linewidth": 0.3},
@@ -39,13 +41,14 @@ def name_points(axes: Axes, points: Sequence[tuple[Any, str, str]]) -> None:
     if isinstance(whole, StyledFigure):
         whole.set_layout_engine("none")
     axes.autoscale(False)  # lines that lead to names change no view
-    rims = [_RIM * whole.dpi / 72] * len(texts)
+    pixel = whole.dpi / 72
+    rims = [_RIM * pixel] * len(texts)
     lines = [
         np.asarray(line.get_xydata()).T for line in axes.lines if line.get_linestyle() != "None"
     ]
     shown = [line for line in lines if line.shape[1] > 1]
     allocate: Any = textalloc.allocate  # its types are stricter than what it takes
-    allocate(
+    *_, leaders = allocate(
         axes,
         x,
         y,
@@ -59,3 +62,11 @@ def name_points(axes: Axes, points: Sequence[tuple[Any, str, str]]) -> None:
         textcolor=colours,
         **_LOOKS,
     )
+    for leader in filter(None, leaders):
+        near, point = axes.transData.transform(leader.get_xydata())
+        away = np.hypot(*(point - near)) / pixel
+        if away < _LED:
+            leader.remove()
+        else:
+            ends = [near + _OFF / away * (point - near), point]
+            leader.set_data(*axes.transData.inverted().transform(ends).T)
