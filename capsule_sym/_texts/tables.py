@@ -39,7 +39,8 @@ def table(
 
     made = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, gap, 0, 0), pad_edge=False)
     for name in columns:
-        made.add_column(name, justify="right" if name in right else "left")
+        side: Any = "right" if name in right else "left"
+        made.add_column(name, justify=side, overflow="fold")
     for row in rows:
         if isinstance(columns, Mapping):
             row = [_CellTexts().vformat(text, row, {}) for text in columns.values()]
@@ -58,10 +59,10 @@ class _CellTexts(Formatter):
 
 def grid(rows: Iterable[Iterable[str]]) -> None:
     """Print rows in columns without a head, if there are any."""
-    from rich.table import Table
+    from rich.table import Column, Table
 
-    made = Table.grid(padding=(0, 2))
-    for row in rows:
-        made.add_row(*row)
-    if made.row_count:
+    if listed := [[*row] for row in rows]:
+        made = Table.grid(*(Column(overflow="fold") for _ in listed[0]), padding=(0, 2))
+        for row in listed:
+            made.add_row(*row)
         make_console().print(made)
