@@ -303,7 +303,7 @@ def test_python_started_in_a_clone_tells_that_it_has_no_core() -> None:
     done = python("-S", "-c", code, cwd=str(ROOT), env=environment)
     assert done.stdout.split() == [str(ROOT / "capsule_sym" / "__init__.py"), "numpy"], done.stderr
     assert "no compiled core of scene capsule: " in done.stderr
-    assert "to have the core, in a clone run make core, or start Python outside of it" in done.stderr
+    assert "to have the core, in a clone run make core, or start Python outside" in done.stderr
 
 
 @pytest.mark.long
