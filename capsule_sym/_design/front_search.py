@@ -27,8 +27,8 @@ from capsule_sym._processes import sobol
 
 SAME = 1e-3
 """Least difference of two points in both metrics, a share of the ranges of the front."""
-_STARTS = 4  # searches for each end: the survey of both metrics may better it
-_PIECES = 2  # on which a point is searched: with more a front with riddled basins takes a minute
+_STARTS = 6  # searches for each end, half of those of an optimum: the survey may better it
+_PIECES = 1  # on which a point is searched: with more a front with riddled basins takes a minute
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
 
 

@@ -167,7 +167,7 @@ def tolerances(
 
     See Also
     --------
-    optimise : best worst case under tolerances.
+    optimise : best parameters for a metric.
 
     Examples
     --------
