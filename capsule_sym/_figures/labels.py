@@ -30,7 +30,7 @@ def name_points(axes: Axes, points: Sequence[tuple[Any, str, str]]) -> None:
 
     if not points:
         return
-    if axes.figure is not figure_of(axes):  # textalloc knows no part of a figure
+    if axes.figure is not figure_of(axes):  # which textalloc does not draw into
         for place, text, colour in points:
             beside: dict[str, Any] = {"xytext": (3, 3), "textcoords": "offset points"}
             axes.annotate(text, place, color=colour, fontsize="small", **beside)
