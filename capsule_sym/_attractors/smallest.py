@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,10 +107,11 @@ class KnockSearch:
 
     def _apart(self, points: Vector, known: list[Vector]) -> Vector:
         """Knocks whose times and directions are not near to those of known ones."""
-        apart = abs(resized(points, 1.0)[:, None] - resized(np.array(known), 1.0))
+        apart: Any = abs(resized(points, 1.0)[:, None] - resized(np.array(known), 1.0))
         apart[..., 0] %= self.turn
         apart[..., 0] = np.minimum(apart[..., 0], self.turn - apart[..., 0])
-        return points[apart.max(axis=2).min(axis=1) > _APART]
+        found: Vector = points[apart.max(axis=2).min(axis=1) > _APART]
+        return found
 
     def _polish(self, best: Vector, width: float) -> Vector:
         """Smallest knock next to one: random changes, while a smaller one loses the motion.

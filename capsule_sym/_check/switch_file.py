@@ -86,7 +86,8 @@ def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches
     table.columns = table.columns.str.strip()
     if not {"time", "entered"} <= set(table) or {"time.1", "entered.1"} & set(table):
         raise InvalidInput("columns", ",".join(table), "time and entered, each once")
-    if (table.index != range(len(table))).any():  # of more cells than names, the first is the index
+    # Of more cells than names, pandas takes the first as the index.
+    if list(table.index) != list(range(len(table))):
         raise InvalidInput("row 1", table.index[0], f"the first of {len(table.columns)} cells")
     notes = [line[1:] for line in text.splitlines() if line.startswith("#")]
     settings = dict(_setting(note, scene) for note in notes if "=" in note)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,11 +92,12 @@ class FrontSearch:
         self.survey.look(sobol(len(self.program.names), _CELLS * samples, seed))
         self.survey.evolve()
         self.fill()
-        for low, high, gap in [*zip(self.points, self.points[1:], self.gaps, strict=False)]:
-            if gap and np.sum(abs(high.both - low.both) / self.ranges) > 2 / self.count:
-                self.add(end := self.point(float(low.both[1] + high.both[1]) / 2, low.u))
-                if end in self.points and low in self.points[1:]:
-                    self.points.remove(low)  # the end of its branch is in its place
+        for lower, upper, gap in [*zip(self.points, self.points[1:], self.gaps, strict=False)]:
+            if gap and np.sum(abs(upper.both - lower.both) / self.ranges) > 2 / self.count:
+                last = self.point(float(lower.both[1] + upper.both[1]) / 2, lower.u)
+                self.add(last)
+                if last in self.points and lower in self.points[1:]:
+                    self.points.remove(lower)  # the end of its branch is in its place
         self.breaks = np.flatnonzero(self.gaps).tolist()
 
     def fill(self) -> None:
@@ -155,7 +157,7 @@ class FrontSearch:
 
     def both(self, u: Vector, motion: Motion) -> Vector:
         """Both metrics of a motion in the sense of minimisation."""
-        plain = {"unit": 1.0, "limits": (), "limit_units": (), "margin": None}
+        plain: dict[str, Any] = {"unit": 1.0, "limits": (), "limit_units": (), "margin": None}
         return np.array(
             [replace(one.program, **plain).at(u, motion).objective for one in self.searches]
         )

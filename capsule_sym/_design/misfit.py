@@ -23,7 +23,7 @@ LOST = 1e3
 """Residual, in standard deviations of its column, of a motion that ends too early."""
 
 
-class _Motion(NamedTuple):
+class _Continued(NamedTuple):
     """Motion at values of the unknowns, and its times (n,); dimensionless."""
 
     run: Trajectory
@@ -119,7 +119,7 @@ class Misfit:
         each += model[:, None] * (by_length - self.speeds[:, None] * by_time)
         return np.asarray((self._units(motion) / self.scales)[:, None] * each)
 
-    def _motion(self, values: Vector) -> _Motion | None:
+    def _motion(self, values: Vector) -> _Continued | None:
         """Motion at these values; None if it does not reach the last of the times."""
         self.evaluations += 1
         if self.progress is not None:
@@ -143,16 +143,17 @@ class Misfit:
             return None
         if not run.success or times[-1] > run.span[1]:
             return None
-        return _Motion(run, times, own, units, (phase - reduced) / p.omega)
+        return _Continued(run, times, own, units, (phase - reduced) / p.omega)
 
-    def _quantities(self, motion: _Motion, states: Matrix) -> Vector:
+    def _quantities(self, motion: _Continued, states: Matrix) -> Vector:
         """Measured quantities (n,) of the states at the different times; dimensionless."""
         origin = motion.own["x_c"].value * np.array(OF_STATE["x_c"])
         return np.asarray(np.sum(self.rows * (states + origin)[self.which], axis=1))
 
-    def _units(self, motion: _Motion) -> Vector:
+    def _units(self, motion: _Continued) -> Vector:
         """Unit of each value, (n,)."""
-        return np.where(self.speeds, motion.units["v_r"].value, motion.units["x_c"].value)
+        speed, length = (motion.units[name].value for name in ("v_r", "x_c"))
+        return np.asarray(np.where(self.speeds, speed, length))
 
 
 def units_of(system: System) -> Vector:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -82,6 +83,7 @@ def bifurcation_of(motion: Motion) -> str:
 
 def _over_pieces(program: Program, place: Place, pieces: int) -> LocalOptimum | None:
     """Best place next to a place, over all pieces passed."""
+    found = None
     for _ in range(pieces):
         found = _on_piece(program, place)
         if found is None or not found.active_borders:
@@ -105,7 +107,7 @@ def _over_pieces(program: Program, place: Place, pieces: int) -> LocalOptimum | 
                 found = replace(found, bifurcation=LOST, limit=found.place.objective)
             return found
         place = better
-    return replace(found, kkt_satisfied=False)
+    return found and replace(found, kkt_satisfied=False)
 
 
 def _on_piece(program: Program, place: Place) -> LocalOptimum | None:
@@ -142,7 +144,7 @@ def _around(program: Program, found: LocalOptimum) -> Iterator[tuple[Vector, Pla
     slope = 1 + abs(program.by_u(place.objective_by)).max()
     most = (_JUMP * CLOSE + 2 * far) * slope
     for inward in 1 - 2 * np.eye(len(normals)):  # beyond one border, within the others
-        way = np.linalg.lstsq(normals, inward, rcond=SOLVED)[0]
+        way: Any = np.linalg.lstsq(normals, inward, rcond=SOLVED)[0]
         if np.any(way):
             way = way / np.linalg.norm(way)
             side = program.beside(place, np.clip(place.u + far * way, 0.0, 1.0))

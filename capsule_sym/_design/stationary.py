@@ -150,8 +150,7 @@ def _at(model: Piece, u: Vector) -> Place:
 
 def _sides(u: Vector) -> Vector:
     """-1 for a variable at its lower bound, 1 at its upper bound, 0 between."""
-    sides: Vector = 1.0 * (u > 1 - CLOSE) - (u < CLOSE)
-    return sides
+    return np.asarray(1.0 * (u > 1 - CLOSE) - (u < CLOSE), np.float64)
 
 
 def _left(model: Program | Piece, place: Place, multipliers: Vector) -> Vector:

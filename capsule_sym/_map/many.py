@@ -279,7 +279,7 @@ def shared(work: Callable[[int], _Result], count: int, threads: int, watch: Watc
             raise
 
 
-_Found = tuple[NDArray[Any], ...]
+_Found = tuple[Any, Any, Any, Any, Any, Any]
 """Final states of runs, displacements, periods, statuses, offsets, and stroboscopic states."""
 
 

@@ -10,6 +10,8 @@ import time
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from shutil import rmtree
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
@@ -90,15 +92,26 @@ def _update(target: Path, expected: Files, present: Files, mend: str) -> bool:
 
 
 def _write(target: Path, expected: Files, surplus: Iterable[str]) -> None:
-    """Write files in a folder, and remove surplus ones.
+    """Write files in a folder, all of them beside their places first, and remove surplus ones.
 
     The manifest, without which a folder is no scene, is removed before the others and comes last.
     """
-    for name in (MANIFEST, *surplus):
-        (target / name).unlink(missing_ok=True)
-    for name in sorted(expected, key=MANIFEST.__eq__):
-        (target / name).parent.mkdir(parents=True, exist_ok=True)
-        write_whole(target / name, expected[name])
+    fresh = not target.exists()
+    target.mkdir(parents=True, exist_ok=True)
+    try:
+        with TemporaryDirectory(prefix=".", dir=target) as part:
+            for name, text in expected.items():
+                Path(part, name).parent.mkdir(parents=True, exist_ok=True)
+                Path(part, name).write_bytes(text.encode())
+            for name in (MANIFEST, *surplus):
+                (target / name).unlink(missing_ok=True)
+            for name in sorted(expected, key=MANIFEST.__eq__):
+                (target / name).parent.mkdir(parents=True, exist_ok=True)
+                Path(part, name).replace(target / name)
+    except OSError:
+        if fresh:
+            rmtree(target, ignore_errors=True)
+        raise
 
 
 def _all(check: bool) -> bool:

@@ -88,7 +88,7 @@ def read(name: str) -> dict[str, Any]:
 
 def formulas() -> tuple[Formula, ...]:
     """Formulas of the model, in the order of `codegen/kernels.toml`, which has their arguments."""
-    found, known = [], model_formulas.formulas()
+    found, known = list[Formula](), model_formulas.formulas()
     for entry in read("kernels")["formula"]:
         if (result := known.get(entry["name"])) is None:
             continue

@@ -1,12 +1,11 @@
 """Expressions as they are printed mean what they meant."""
 
-import ast
 import operator
 
 import pytest
 import sympy as sp
 
-from capsule_sym.codegen._backend import Language, wrapped
+from capsule_sym.codegen._backend import Language
 from capsule_sym.codegen.backends.c import Bound, Real
 from capsule_sym.codegen.backends.c import C as CBackend
 from capsule_sym.codegen.backends.python import Python
@@ -47,24 +46,3 @@ def test_an_expression_over_any_number_type_keeps_its_value(expression: sp.Expr)
     }
     value = eval(Real.printer.doprint(expression), numbers)
     assert value == pytest.approx(float(expression.subs({A: 3, B: 7, C: 11})), rel=1e-15)
-
-
-def test_long_lines_go_on_as_the_language_has_it() -> None:
-    words = " ".join(["number"] * 30)
-    code, comment = wrapped(f"  x = {words};", " ...", "%"), wrapped(f"  % {words}", " ...", "%")
-    for text in (code, comment):
-        assert max(map(len, text.splitlines())) <= 100
-        assert len(text.splitlines()) > 1
-    assert all(line.endswith(" ...") for line in code.splitlines()[:-1])
-    assert all(line.startswith("  % ") for line in comment.splitlines())
-    assert code.replace(" ...\n     ", "") == f"  x = {words};\n"
-
-
-@pytest.mark.parametrize("value", ["(a + b)*c", "a*(b + c)", "(a + b*c)", "a + b", "f(a, b)"])
-@pytest.mark.parametrize("before", ["    x = ", "    return "])
-def test_long_statements_of_python_are_within_brackets(before: str, value: str) -> None:
-    long = before + value.replace("b", " + ".join(["number"] * 20))
-    text = Python.laid_out(Python.__new__(Python), f"def f(a, c, number):\n{long}\n")
-    assert len(text.splitlines()) > 2
-    given, laid = ast.parse(f"def f(a, c, number):\n{long}\n"), ast.parse(text)
-    assert ast.dump(given) == ast.dump(laid)

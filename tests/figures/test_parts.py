@@ -44,7 +44,7 @@ def front_of(
         Optimum("speed", True, cs.Parameters(), value=value, status=kind)
         for value, kind in zip(values, kinds, strict=True)
     ]
-    parts = FrontPart(0, second - 1, "", ""), FrontPart(second, len(costs) - 1, "", "")
+    parts = FrontPart(0, second - 1), FrontPart(second, len(costs) - 1)
     status, slopes = Status.OPTIMAL, np.full(len(costs), np.nan)
     return Front(("speed", "work"), True, tuple(points), np.array(costs), slopes, parts, status, "")
 

@@ -76,7 +76,7 @@ def test_a_scene_is_proved_in_a_process_of_its_own(tmp_path: Path) -> None:
     assert heads.split() == ["group", "about", "proved", "if", "failed", "s"]
     assert row.split()[0] == "cells"
     report = path.read_text(encoding="utf-8")
-    assert "on the scene pulsed" in report
+    assert "of the scene pulsed" in report
     assert "`cells.F12.level`" in report
 
 

@@ -299,7 +299,7 @@ class Model(Declared):
         facts: dict[str, Any],
     ) -> None:
         """Raise BadDeclaration unless numbers are finite, values in range and texts not empty."""
-        slider = facts.get("slider")
+        slider: Any = facts.get("slider")
         for kind, given, count in (("range", between, 2), ("slider", slider, 3)):
             if not isinstance(given, list | tuple) or len(given) != count:
                 raise self.refusal(line, f"the {kind} of {name} is {count} numbers, not {given!r}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import TypeAlias
 
 import sympy as sp
 
@@ -141,7 +142,7 @@ def _next(operator: sp.Expr, driven: sp.Expr) -> sp.Expr:
     return sp.Add(*parts)
 
 
-Results = sp.Expr | dict[str, sp.Expr]
+Results: TypeAlias = sp.Expr | dict[str, sp.Expr]
 """A result, or several by name."""
 
 
