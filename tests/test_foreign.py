@@ -90,7 +90,7 @@ def planted(tmp_path: Path) -> Path:
 
 LINES = [
     *("run --params p.toml", "run --params up/up.toml", "run --params linked.toml"),
-    *("branch --params p.toml --alpha 1:2", "fit a.csv --params p.toml"),
+    *("branch --params p.toml --alpha 1:2", "fit a.csv --params p.toml --unknown alpha"),
     *("sweep plan.toml --out new", "sweep plan.toml --out store --resume"),
     *("branch --restart b.json EP2 --to 1", "figure b.json --out a.svg"),
     "figure store --of work --out a.svg",
