@@ -25,14 +25,14 @@ from capsule_sym._errors import NotInstalled as NotInstalled
 from capsule_sym._figures.plots import plot as plot
 from capsule_sym._map.many import simulate_many as simulate_many
 from capsule_sym._map.simulate import simulate as simulate
-from capsule_sym._orbits.continuation.branches.continuing import (
-    continue_both_ways as continue_both_ways,
-)
-from capsule_sym._orbits.continuation.branches.continuing import continue_from as continue_from
-from capsule_sym._orbits.continuation.branches.continuing import continue_orbit as continue_orbit
-from capsule_sym._orbits.continuation.curves.continuing import (
+from capsule_sym._orbits.continuation.continue_curves import (
     continue_bifurcation as continue_bifurcation,
 )
+from capsule_sym._orbits.continuation.continue_orbits import (
+    continue_both_ways as continue_both_ways,
+)
+from capsule_sym._orbits.continuation.continue_orbits import continue_from as continue_from
+from capsule_sym._orbits.continuation.continue_orbits import continue_orbit as continue_orbit
 from capsule_sym._orbits.metrics.many import performance_many as performance_many
 from capsule_sym._orbits.metrics.performance import performance as performance
 from capsule_sym._orbits.shooting.search import search_orbits as search_orbits

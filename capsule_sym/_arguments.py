@@ -40,7 +40,6 @@ _SOURCES = {
     "Bifurcation": "branch.bifurcations[0]",
     "CurvePoint": "curve.points[0]",
     "Curve": "continue_bifurcation(bifurcation, name, ranges)",
-    "ContinuationSettings": "ContinuationSettings()",
     "ContinuedAttractors": "continue_attractors(parameters, name, values, starts)",
     "Shock": "minimal_shock(orbit)",
     "Pulse": "switch_by_pulse(start, end)",

@@ -1,4 +1,4 @@
-"""Arguments of functions besides parameters: plans, series, paths, settings."""
+"""Arguments of functions besides parameters: plans, series, paths."""
 
 from capsule_sym import _attach
 

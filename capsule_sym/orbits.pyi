@@ -1,14 +1,12 @@
 """Orbits by their itineraries; their stability, symmetry, and what leaves their branches."""
 
-from capsule_sym._orbits.continuation.branches.continuing import (
+from capsule_sym._orbits.continuation.continue_orbits import (
     period_doubling_cascade as period_doubling_cascade,
 )
-from capsule_sym._orbits.continuation.curves.continuing import curves_from as curves_from
 from capsule_sym._orbits.shooting.admissibility import is_admissible as is_admissible
 from capsule_sym._orbits.shooting.admissibility import tightest as tightest
 from capsule_sym._orbits.shooting.orbit import solve_itinerary as solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at as orbit_at
-from capsule_sym._orbits.shooting.search import solve_admissible as solve_admissible
 from capsule_sym._orbits.shooting.stability import floquet_multipliers as floquet_multipliers
 from capsule_sym._orbits.shooting.stability import jacobian as jacobian
 from capsule_sym._orbits.shooting.stability import lyapunov_exponents as lyapunov_exponents

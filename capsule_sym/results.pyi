@@ -26,18 +26,17 @@ from capsule_sym._map.segments import Instant as Instant
 from capsule_sym._map.segments import Segment as Segment
 from capsule_sym._map.steady import SteadyMotion as SteadyMotion
 from capsule_sym._map.trajectory import Trajectory as Trajectory
-from capsule_sym._orbits.continuation.branches.branch import Branch as Branch
-from capsule_sym._orbits.continuation.branches.branch import BranchPoint as BranchPoint
-from capsule_sym._orbits.continuation.branches.saved import labelled_point as labelled_point
-from capsule_sym._orbits.continuation.branches.saved import orbit_from_record as orbit_from_record
-from capsule_sym._orbits.continuation.branches.saved import read_branch as read_branch
-from capsule_sym._orbits.continuation.curves.curve import Curve as Curve
-from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation as Bifurcation
-from capsule_sym._orbits.continuation.points.bifurcation import (
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation as Bifurcation
+from capsule_sym._orbits.continuation.bifurcations import (
     CodimensionTwoPoint as CodimensionTwoPoint,
 )
-from capsule_sym._orbits.continuation.points.bifurcation import CurvePoint as CurvePoint
-from capsule_sym._orbits.continuation.points.normal_forms import NormalForm as NormalForm
+from capsule_sym._orbits.continuation.bifurcations import CurvePoint as CurvePoint
+from capsule_sym._orbits.continuation.branch import Branch as Branch
+from capsule_sym._orbits.continuation.branch import BranchPoint as BranchPoint
+from capsule_sym._orbits.continuation.curve import Curve as Curve
+from capsule_sym._orbits.continuation.kinds import NormalForm as NormalForm
+from capsule_sym._orbits.continuation.records import orbit_from_record as orbit_from_record
+from capsule_sym._orbits.continuation.records import read_branch as read_branch
 from capsule_sym._orbits.metrics.many import Performances as Performances
 from capsule_sym._orbits.metrics.performance import Metric as Metric
 from capsule_sym._orbits.metrics.performance import Performance as Performance
@@ -46,5 +45,4 @@ from capsule_sym._orbits.shooting.itinerary import Itinerary as Itinerary
 from capsule_sym._orbits.shooting.itinerary import ItinerarySegment as ItinerarySegment
 from capsule_sym._orbits.shooting.orbit import Orbit as Orbit
 from capsule_sym._orbits.shooting.search import FoundOrbits as FoundOrbits
-from capsule_sym._orbits.shooting.stability import LyapunovExponents as LyapunovExponents
 from capsule_sym._sweeps.results import open_results as open_results

@@ -68,7 +68,7 @@ def planted(tmp_path: Path) -> Path:
     (tmp_path / "up").mkdir()
     (tmp_path / "up" / "up.toml").write_text('scene = "../evil"\n', encoding="utf-8")
     (tmp_path / "linked.toml").write_text('scene = "link"\n', encoding="utf-8")
-    branch = {"format": 3, "scene": named, "parameter": "alpha", "ties": {}, "switched": []}
+    branch = {"format": 4, "scene": named, "parameter": "alpha", "ties": {}, "switched": []}
     branch |= {
         "bifurcations": [],
         "points": 2 * [{**ITSELF, "scene": named, "stable": True}],

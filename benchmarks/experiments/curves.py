@@ -12,7 +12,7 @@ import math
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -20,7 +20,6 @@ from random import Random
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
 
 from capsule_sym import (
     InvalidInput,
@@ -39,9 +38,7 @@ BESIDE = 1e-7  # of a parameter, to either side of a bifurcation
 NEAR = 1e-3  # in multipliers, of their limit from beside the bifurcation
 CLOSED = 1e-9  # before the last step of Newton's method
 EIGENVALUE = {"fold": 1, "symmetry breaking": 1, "period doubling": -1}
-STEP = 1e-6  # between starts at which a border's two sides are compared
-BEHIND = range(-1, -10, -1)  # nodes of a polynomial that continues one side's map to the other
-TERM, SMOOTH, GROWTH, SLOPE = 1e-2, 2e-2, 1e-2, 1e-4
+SMOOTH, GROWTH, SLOPE = 2e-2, 1e-2, 1e-4
 
 
 class Undecided(Exception):
@@ -124,15 +121,6 @@ def durations(run: Run) -> Any:
     return np.array([found[0] + found[-1], *found[1:-1]])
 
 
-def lagrange(nodes: Sequence[Fraction], at: Fraction) -> list[Fraction]:
-    """Weights of the values at some nodes in the polynomial's value elsewhere."""
-    return [
-        math.prod((at - b) / (a - b) for b in nodes if b != a)  # type: ignore[misc]
-        for a in nodes
-    ]
-
-
-@dataclass
 class Tally:
     """Counts by the check and the type of the bifurcation."""
 
@@ -328,51 +316,6 @@ class Judged:
         ratio = 2 * found[1] - found[0]
         assert abs(ratio - 1) < GROWTH, f"durations {found} of those by the normal form"
 
-    def discontinuity(self) -> None:
-        """The map with the segment differs from that without by the normal form's term."""
-        form, segment = self.bifurcation.normal_form, self.bifurcation.segment
-        if form is None or segment is None:
-            raise Undecided("no normal form")
-        flows, n = self.orbit.system.flows, len(self.orbit.itinerary)
-        before, after = segment - 1, (segment + 1) % n
-        if min(float(flows[before].h), float(flows[after].h)) < 1e-3:
-            raise Undecided("another switch is near")
-        state, angle = middle(self.orbit, flows[before])
-        omega, lag = self.p["omega"], min(float(flows[after].h) / 2, 0.05)
-        lasting = float(flows[before].h) / 2 + lag
-        local = Section(self.judge, self.form, angle / math.tau, lasting * omega / math.tau)
-        expected = expm(self.linear(self.orbit.itinerary.fields[after]) * lag) @ form.discontinuity
-        long = self.orbit.itinerary.fields[before], self.orbit.itinerary.fields[segment]
-        x = np.array(state)
-        for unit in (sign * one for one in np.eye(3)[: 3 if x[2] else 2] for sign in (1, -1)):
-            ahead, *behind = local.runs([(self.p, x + STEP * k * unit) for k in (1, *BEHIND)])
-            others = {run.fields for run in behind}
-            if ahead.fields[:2] == long and len(others) == 1 and ahead.fields not in others:
-                break
-        else:
-            raise Undecided("no direction leads to both sides")
-        shares, found = (Fraction(1, 2), Fraction(1, 4)), []
-        # The sum of a double and a step is not exactly the requested value.
-        k = int(abs(unit).argmax())
-        nodes = [Fraction((x + STEP * j * unit)[k]) - Fraction(x[k]) for j in BEHIND]
-        for share in shares:
-            there = x + STEP * float(share) * unit
-            (run,) = local.runs([(self.p, there)])
-            at, s = Fraction(there[k]) - Fraction(x[k]), float(run.segments[1].duration)
-            weights = lagrange(nodes, at)
-            off = [
-                float(
-                    run.state[i]
-                    - sum(w * one.state[i] for w, one in zip(weights, behind, strict=True))
-                )
-                for i in range(3)
-            ]
-            found.append((s, np.array(off) / s**form.power))
-        (s, term), (t, other) = found
-        term = (other * s - term * t) / (s - t)
-        apart = abs(term - expected).max() / abs(expected).max()
-        assert apart < TERM, f"the maps differ by {term}, not {expected}"
-
     def amplitude(self) -> None:
         """Beside a smooth bifurcation orbits are as far apart as by the normal form."""
         one, form = self.bifurcation, self.bifurcation.normal_form
@@ -416,15 +359,6 @@ class Judged:
         limit = (4 * ratios[1] - ratios[0]) / 3
         assert abs(limit - 1).max() < SMOOTH, f"amplitude and coefficient off: {ratios}"
 
-    def linear(self, number: int) -> Any:
-        """Matrix (3, 3) of the equations of motion of a field, by its number."""
-        p, contacts = self.p, 1 + self.form.stops
-        contact, way = (number - 1) // 3 % contacts, 1 - (number - 1) % 3
-        names = [name for name in ("beta", "beta_1", "beta_2") if name in p]
-        force = np.array([1 + (0, *(p[name] for name in names))[contact], 2 * p["zeta"], 0])
-        slip = force / p["gamma"] * abs(way)
-        return np.array([[0, 1, 0], -force - slip, slip])
-
 
 def judge_bifurcation(tally: Tally, judge: Integrator, one: Bifurcation) -> None:
     """Judge a bifurcation of a branch, and its normal form."""
@@ -436,7 +370,6 @@ def judge_bifurcation(tally: Tally, judge: Integrator, one: Bifurcation) -> None
         return
     tally.judged("point", one, one.type, lambda: met.border((one.parameter,)))
     tally.judged("growth", one, one.type, met.growth)
-    tally.judged("term", one, one.type, met.discontinuity)
     if one.type == "edge":
         for name in ("D", "omega"):
             tally.judged(f"slope by {name}", one, one.type, partial(met.derivatives, name))

@@ -18,8 +18,8 @@ from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields, plain, record
 from capsule_sym._map.steady import shown_progression
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene, SceneParameters
 

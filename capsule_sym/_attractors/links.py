@@ -15,10 +15,10 @@ from capsule_sym._attractors.destinations import Cycle, KnownOrbits
 from capsule_sym._attractors.neighbourhoods import close_many, stroboscopic
 from capsule_sym._errors import Status
 from capsule_sym._native import check_time, present
-from capsule_sym._orbits.continuation.branches.branch import Branch
-from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+from capsule_sym._orbits.continuation.branch import Branch
+from capsule_sym._orbits.continuation.continue_orbits import continue_orbit
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._parameters import SceneParameters

@@ -80,8 +80,8 @@ def branch(
         Prove the bifurcations in ball arithmetic, and write its certificate here.
     """
     from capsule_sym._native import Watch
+    from capsule_sym._orbits.continuation.problem import check_points
     from capsule_sym._orbits.continuation.records import branch_files, branches_record
-    from capsule_sym._orbits.continuation.settings import check_points
 
     for name in (*system.names, *options.ranges(), "along", "state"):
         options.check_beside(name, never=("restart",))

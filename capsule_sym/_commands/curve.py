@@ -21,7 +21,6 @@ def curve(
     kind: Annotated[str, option("--bifurcation", metavar="TYPE|LABEL")],
     at: float | None = None,
     points: int = 50,
-    leaving: bool = False,
     state: options.State = (0.0, 0.0, 0.0),
     out: options.Folder = None,
     max_seconds: options.TimeLimit = 600.0,
@@ -36,9 +35,8 @@ def curve(
     default; if the default is outside its range, the middle of the range. Each bifurcation is
     continued both ways until a parameter leaves its range.
 
-    In the JSON, each of "curves" has its "points", its "codimension_two" points, the reasons for
-    its two "endings", and its "origin", the codimension-two point at which it starts. --out writes
-    curves.json, points.csv and codimension_two.csv.
+    In the JSON, each of "curves" has its "points", its "codimension_two" points, and the reasons
+    for its two "endings". --out writes curves.json, points.csv and codimension_two.csv.
 
     With --certify alpha is solved for at every point; the other parameters are exact. Exits with 3,
     and the reason, if there is no orbit to begin with, if a curve has no points, or at the time
@@ -53,15 +51,13 @@ def curve(
         Value of the second parameter for the search of bifurcations.
     points
         Least number of steps over each range.
-    leaving
-        Continue the other curves through codimension-two points as well.
     certify
         Prove the points in ball arithmetic, and write its certificate here.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.curves.continuing import check
+    from capsule_sym._orbits.continuation.continue_curves import check
+    from capsule_sym._orbits.continuation.problem import check_points
     from capsule_sym._orbits.continuation.records import curve_files, curves_record
-    from capsule_sym._orbits.continuation.settings import check_points
 
     over = options.ranges()
     if len(over) != 2:
@@ -90,14 +86,9 @@ def curve(
             )
             for one in chosen
         ]
-        if leaving:
-            for whole in tuple(curves):
-                curves += capsule_sym.orbits.curves_from(
-                    whole, both, points=points, known=curves, max_seconds=limit.left
-                )
     files = curve_files(found, curves, device) if out else {}
     present.result(curves_record(found, curves, device), as_json, out, files)
-    lost = [(one, curve) for one, curve in zip(chosen, curves, strict=False) if not curve.points]
+    lost = [(one, curve) for one, curve in zip(chosen, curves, strict=True) if not curve.points]
     for one, curve in lost:
         ending, detail = curve.endings[0]
         event = f"{one.type} at {one.parameter} = {one.value:.12g}"

@@ -97,7 +97,7 @@ def figure(
 def _of_files(paths: Sequence[Path], quantity: str | None, width: float) -> Figure:
     """The figure of one or more files of branches, or of one of curves."""
     from capsule_sym._figures.curves import plot_curves
-    from capsule_sym._orbits.continuation.branches.saved import read_curves
+    from capsule_sym._orbits.continuation.records import read_curves
 
     if len(paths) == 1 and (curves := read_curves(paths[0])):
         if quantity:

@@ -19,7 +19,7 @@ from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import CLOSE, Place, Program
 from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, stationary
-from capsule_sym._orbits.continuation.points import kinds
+from capsule_sym._orbits.continuation import kinds
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
 BASIN = "basin boundary"

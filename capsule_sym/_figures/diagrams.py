@@ -25,9 +25,8 @@ from capsule_sym._figures.style import (
     styled,
 )
 from capsule_sym._figures.units import Units, named, said
-from capsule_sym._orbits.continuation.branches.branch import Branch
-from capsule_sym._orbits.continuation.branches.saved import orbit_from_record
-from capsule_sym._orbits.continuation.records import branch_record
+from capsule_sym._orbits.continuation.branch import Branch
+from capsule_sym._orbits.continuation.records import branch_record, orbit_from_record
 from capsule_sym._parameters import CAPSULE, SceneDevice, scene_in
 from capsule_sym._units import METRIC_UNITS
 

@@ -3,9 +3,9 @@
 # ruff: noqa: F401 - imported to be exported
 # fmt: off
 
-from capsule_sym._orbits.continuation.points.bifurcation import refined
-from capsule_sym._orbits.continuation.points.extended import ExtendedSystem
-from capsule_sym._orbits.continuation.points.kinds import CROSSING
+from capsule_sym._orbits.continuation.bifurcations import refined
+from capsule_sym._orbits.continuation.conditions import ExtendedSystem
+from capsule_sym._orbits.continuation.kinds import CROSSING
 from capsule_sym._orbits.continuation.records import bifurcation_record, curve_record, curve_rows
 from capsule_sym._orbits.metrics.many import METRICS
 from capsule_sym._orbits.shooting.admissibility import middle, rerun

@@ -265,7 +265,7 @@ class _Cells:
         if not columns["period_number"][i]:
             if "lyapunov" in part.compute:
                 further = simulate(parameters, state, 0.0, min(part.periods, _FURTHER))
-                columns["lyapunov"][i] = lyapunov_exponents(further).values[0]
+                columns["lyapunov"][i] = lyapunov_exponents(further)[0]
             return
         orbit = orbit_at_end(
             parameters, state, int(columns["period_number"][i]), int(columns["itinerary"][i])

@@ -241,27 +241,6 @@ def test_a_branch_in_the_friction_bound_is_asked_for_either_way(capsys, name: st
     assert (status, json.loads(out)["parameter"]) == (0, "f_b")
 
 
-@pytest.mark.long
-def test_curves_that_leave_a_point_are_followed_and_drawn(capsys, tmp_path: Path) -> None:
-    arguments = "--alpha 0.3:0.4 --zeta 0.0478:0.05 --at 0.05 --points 4 --leaving --json"
-    status, out, _ = call(
-        capsys, "curve", *arguments.split(), "--bifurcation", "adding", "--out", str(tmp_path)
-    )
-    assert status == 0
-    first, second = json.loads(out)["curves"]
-    assert (first["type"], first["origin"]) == ("adding-sliding", None)
-    assert (second["type"], second["origin"]) == (
-        "period doubling",
-        "adding-sliding and period doubling",
-    )
-    status, _, _ = call(
-        capsys, "figure", str(tmp_path / "curves.json"), "--out", str(tmp_path / "curves.svg")
-    )
-    assert status == 0
-    drawn = (tmp_path / "curves.svg").read_text(encoding="utf-8")
-    assert "period doubling" in drawn
-
-
 DEVICE = {
     **{"M_m": 0.5, "M_c": 1.65, "k1": 50.0, "k2": 75.0, "c": 0.5, "G": 0.0017},
     **{"P_d": 3.0, "Omega": 8.0, "mu": 0.2},

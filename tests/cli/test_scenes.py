@@ -22,7 +22,7 @@ _FILES = {
     "slope.toml": "scene = 'slope'\ns = 0.1\n",
     "plain.toml": "\ufeffalpha = 0.5\n",  # with the mark of byte order of some editors
     "plan.toml": "\ufeff[axes]\nalpha = [0.5]\n",
-    "a.json": '{"format": 3, "bifurcations": []}',
+    "a.json": '{"format": 4, "bifurcations": []}',
     "capsule.toml": "scene = 'capsule'\nalpha = 0.5\n",
     "of_another.toml": "f_b = 1.0\nscene = 'slope'\n",
     "of_slope.toml": "f_plus = 1.0\n",

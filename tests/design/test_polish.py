@@ -14,8 +14,8 @@ from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimum import optimum_of
 from capsule_sym._design.polish import MARGIN, bifurcation_of, polish, with_limit
 from capsule_sym._design.search import Optimisation
-from capsule_sym._orbits.continuation.points.kinds import FOLD as FOLD_TYPE
-from capsule_sym._orbits.continuation.points.kinds import NEIMARK_SACKER, PERIOD_DOUBLING
+from capsule_sym._orbits.continuation.kinds import FOLD as FOLD_TYPE
+from capsule_sym._orbits.continuation.kinds import NEIMARK_SACKER, PERIOD_DOUBLING
 
 FOLD = Parameters(
     alpha=0.88065606, omega=2.5, delta=0.2, zeta=0.0310785, beta=4.2171892, gamma=2.789994

@@ -8,7 +8,6 @@ import matplotlib as mpl
 import pytest
 
 import capsule_sym as cs
-from capsule_sym.inputs import ContinuationSettings
 from tests.public import PUBLIC
 
 FUNCTIONS = [name for name, one in PUBLIC.items() if inspect.isfunction(inspect.unwrap(one))]
@@ -84,7 +83,7 @@ def test_each_example_runs(name: str) -> None:
         assert doctest.DocTestRunner().run(example).failed == 0
 
 
-@pytest.mark.parametrize("kind", [cs.Parameters, cs.PhysicalParameters, ContinuationSettings])
+@pytest.mark.parametrize("kind", [cs.Parameters, cs.PhysicalParameters])
 def test_each_field_is_named_with_its_unit(kind: type) -> None:
     fields = dict(inspect.signature(kind).parameters)
     assert lacks(kind.__name__, fields, inspect.getdoc(kind) or "") == []

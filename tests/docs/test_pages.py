@@ -21,7 +21,7 @@ from click.testing import CliRunner
 
 import capsule_sym
 from capsule_sym._cli import group
-from capsule_sym._orbits.continuation.points.kinds import INITIALS
+from capsule_sym._orbits.continuation.kinds import INITIALS
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._texts import tables
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown

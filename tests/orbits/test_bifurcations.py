@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-import sympy as sp
 
 import capsule_sym as cs
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.points import bifurcation, extended, kinds
-from capsule_sym._orbits.continuation.points.bifurcation import refined
-from capsule_sym._orbits.continuation.points.extended import ExtendedSystem
-from capsule_sym._orbits.continuation.points.kinds import (
+from capsule_sym._orbits.continuation import bifurcations, conditions, kinds
+from capsule_sym._orbits.continuation.bifurcations import refined
+from capsule_sym._orbits.continuation.conditions import ExtendedSystem
+from capsule_sym._orbits.continuation.kinds import (
     CORNER,
     FOLD,
     NEIMARK_SACKER,
@@ -20,7 +19,6 @@ from capsule_sym._orbits.shooting.admissibility import DURATION, inequalities
 from capsule_sym._orbits.shooting.changes import insert_segment, remove_segment, swap_segment
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
 from capsule_sym._orbits.shooting.itinerary import contact, drift
-from capsule_sym._symbolic.model.geometry import PIECES, SURFACES, meets
 from capsule_sym._symbolic.model.symbols import PARAMETERS as SYMBOLS
 from capsule_sym._symbolic.model.symbols import STATE
 from capsule_sym._symbolic.proofs.parts import PARTS
@@ -100,15 +98,6 @@ def bifurcations_of(part) -> frozenset[str]:
     from capsule_sym._symbolic.proofs.parts import bifurcations
 
     return bifurcations(part)
-
-
-def test_the_surfaces_are_those_whose_closures_hold_the_line() -> None:
-    # For delta < f_b all lines but L10 exist; L10 for delta > f_b.
-    f_b, delta = SYMBOLS[-1], SYMBOLS[2]
-    for line, surfaces in kinds._SURFACES.items():
-        hypotheses = [sp.Gt(delta, f_b) if line == "L10" else sp.Lt(delta, f_b)]
-        holding = [name for name in SURFACES if meets(PIECES[name], PIECES[line], hypotheses)]
-        assert tuple(holding) == surfaces, line
 
 
 @pytest.mark.parametrize(("gamma", "index"), HALF)
@@ -191,8 +180,8 @@ def test_the_test_functions_vanish_with_the_multipliers(monkeypatch, seed: int) 
         else:
             block = np.diag([a, b, c])
         matrix = base @ block @ np.linalg.inv(base)
-        monkeypatch.setattr(extended, "monodromy_matrix", lambda orbit: matrix)
-        return extended.evaluate_test_functions(None)
+        monkeypatch.setattr(conditions, "monodromy_matrix", lambda orbit: matrix)
+        return conditions.evaluate_test_functions(None)
 
     assert at([1.0, 0.3, -0.4])[FOLD] == pytest.approx(0, abs=1e-12)
     assert at([-1.0, 0.3, 0.5])[PERIOD_DOUBLING] == pytest.approx(0, abs=1e-12)
@@ -213,7 +202,7 @@ def test_smooth_bifurcations_have_their_multiplier() -> None:
     assert [one.type for one in found].count(PERIOD_DOUBLING) == 2
     for one in found:
         expected = 1 if one.type == FOLD else -1
-        values = bifurcation.sorted_multipliers(one.orbit)
+        values = bifurcations.sorted_multipliers(one.orbit)
         assert min(abs(value - expected) for value in values) < 1e-9
         column = PARAMETERS.index("omega")
         assert one.orbit.values[column] == one.value

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._orbits.continuation.branches import branch as branch_run
-from capsule_sym._orbits.continuation.families.stepping import least_between, least_slope_between
-from capsule_sym._orbits.continuation.points import kinds
+from capsule_sym._orbits.continuation import branch as branch_run
+from capsule_sym._orbits.continuation import kinds
+from capsule_sym._orbits.continuation.path import least_between, least_slope_between
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from tests.orbits.branches import HIGH, LOW, downwards, hysteretic, settled, upwards
 
@@ -260,16 +260,16 @@ def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> Non
 
 def test_newton_that_fails_ends_the_branch(monkeypatch) -> None:
     monkeypatch.setattr(
-        "capsule_sym._orbits.continuation.families.family.corrected", lambda *arguments: None
+        "capsule_sym._orbits.continuation.problem.Family.corrected", lambda *arguments: None
     )
     branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 1.0)
     assert branch.status is cs.results.Status.NOT_CONVERGED
     assert "alpha = 0.9" in branch.message
 
 
-def test_too_many_points_end_the_branch() -> None:
-    settings = cs.inputs.ContinuationSettings(most_points=5)
-    branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 1.0, settings=settings)
+def test_too_many_points_end_the_branch(monkeypatch) -> None:
+    monkeypatch.setattr(branch_run, "_MOST_POINTS", 5)
+    branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 1.0)
     assert (branch.status, len(branch.points)) == (cs.results.Status.TOO_MANY_POINTS, 5)
 
 

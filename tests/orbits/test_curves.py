@@ -7,14 +7,13 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.curves.curve import CurveRun
-from capsule_sym._orbits.continuation.families import stepping
-from capsule_sym._orbits.continuation.families.crossing import Continuation
-from capsule_sym._orbits.continuation.families.family import Problem, corrected
+from capsule_sym._orbits.continuation import kinds, path
+from capsule_sym._orbits.continuation.bifurcations import sorted_multipliers
+from capsule_sym._orbits.continuation.conditions import of_matrix
+from capsule_sym._orbits.continuation.crossing import Continuation
+from capsule_sym._orbits.continuation.curve import CurveRun
 from capsule_sym._orbits.continuation.parameter_paths import PathAxis
-from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
-from capsule_sym._orbits.continuation.points.extended import of_matrix
+from capsule_sym._orbits.continuation.problem import Problem
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_record, curve_rows
 from capsule_sym.inputs import ParameterPath
 from capsule_sym.results import Bifurcation, Curve, Status
@@ -61,13 +60,14 @@ def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
         for _ in range(2):
             states.append(run.advance(states[-1], 0.1).state)
         old, new = states[1:]
-        middle = corrected(continuation.evaluate, (old.u + new.u) / 2, new.u - old.u)
+        middle = continuation.corrected((old.u + new.u) / 2, new.u - old.u)
         assert middle is not None
         first = continuation.state(middle.u, begin.tangent, middle)
         run.first = first
         assert run.closes(old, new)
         assert not run.closes(begin, old)
-        for other in (begin, first._replace(u=first.u + 1e-5 * np.eye(len(u))[0])):
+        near = first.u + 1e-5 * np.eye(len(u))[0]
+        for other in (begin, first._replace(u=near, orbit=continuation.orbit(near))):
             run.first = other
             assert not run.closes(old, new)
 
@@ -96,7 +96,7 @@ def test_the_order_of_events_changes_at_the_meeting() -> None:
 
 def test_a_point_that_is_not_located_is_named_where_it_ends_a_curve(monkeypatch) -> None:
     (meeting,) = (m for m in traced(kinds.SWITCHING).codimension_two if kinds.CROSSING in m.types)
-    monkeypatch.setattr(stepping, "first_event", lambda *arguments: None)
+    monkeypatch.setattr(path, "first_event", lambda *arguments: None)
     curve = traced.__wrapped__(kinds.SWITCHING)
     (end,) = curve.codimension_two
     assert (curve.success, end.success, end.failed) == (False, False, meeting.failed)

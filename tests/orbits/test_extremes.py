@@ -8,6 +8,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 import capsule_sym as cs
+from capsule_sym._orbits.continuation import path
 from capsule_sym._orbits.shooting.search import endings
 
 pytestmark = pytest.mark.long
@@ -102,7 +103,7 @@ def test_a_branch_goes_on_far_away(parameter: str, to: float) -> None:
     assert branch.status is cs.results.Status.REACHED, branch.message
 
 
-def test_steps_grow_with_the_period_of_slow_forcing() -> None:
+def test_steps_grow_with_the_period_of_slow_forcing(monkeypatch) -> None:
     start = cs.solve_orbit(cs.Parameters())
     branch = cs.continue_orbit(start, "omega", 0.01)
     assert branch.status is cs.results.Status.REACHED
@@ -110,8 +111,8 @@ def test_steps_grow_with_the_period_of_slow_forcing() -> None:
     assert sum(point.value < 0.05 for point in branch.points) < 300
     assert cs.orbits.is_admissible(branch.points[-1].orbit)
     # Larger steps pass the same events.
-    coarse = cs.inputs.ContinuationSettings(largest_share=0.05)
-    again = cs.continue_orbit(start, "omega", 0.01, settings=coarse)
+    monkeypatch.setattr(path, "_LARGEST_SHARE", 0.05)
+    again = cs.continue_orbit(start, "omega", 0.01)
     assert len(again.points) < len(branch.points)
     events = [[(one.type, round(one.value, 9)) for one in b.bifurcations] for b in (branch, again)]
     assert events[0] == events[1]

@@ -8,8 +8,7 @@ from mpmath import mp, mpf
 import capsule_sym as cs
 from capsule_sym._map.backend import MpmathBackend
 from capsule_sym._map.reference import Run
-from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym.orbits import curves_from
+from capsule_sym._orbits.continuation import kinds
 from capsule_sym.results import Bifurcation, Branch, Curve, Status
 from tests.orbits.branches import settled
 
@@ -65,31 +64,6 @@ def test_doubled_orbits_change_sides_there() -> None:
     assert below == -above
 
 
-def folds_of_doubled_orbits(away: float) -> Curve:
-    """The curve of folds that leaves the point, to so far below it in delta."""
-    ranges = ((0.62, 0.64), (POINT[1] - away, 0.984))
-    (curve,) = curves_from(doublings(), ranges, points=2)
-    return curve
-
-
-def test_folds_of_doubled_orbits_leave_there() -> None:
-    """The end of their curve is the fold that the branch of doubled orbits has at that delta."""
-    curve = folds_of_doubled_orbits(4e-4)
-    assert (curve.type, curve.endings[0][0]) == (kinds.FOLD, Status.REACHED)
-    assert curve.endings[1] == (Status.CODIMENSION_TWO, "the point at which the curve starts")
-    assert curve.codimension_two[0].values == doublings().codimension_two[0].values
-    omega, delta = curve.points[0].values
-    branch, one = doubling(delta)
-    found = [
-        bifurcation.value
-        for to in (one.value - 1e-3, one.value + 1e-3)
-        for new in cs.continue_from(branch, one.label, to, points=10)
-        for bifurcation in new.bifurcations
-        if bifurcation.type == kinds.FOLD and new.points[0].orbit.itinerary.period_number == 2
-    ]
-    assert found == pytest.approx([omega], abs=1e-12)
-
-
 @pytest.mark.parametrize("away", [1e-4, 2e-4, 3e-4, 4e-4])
 def test_their_folds_are_solved_where_rounding_moves_the_orbits(away: float) -> None:
     """Near the doubling a fold's equations are nearly dependent: steps end at some 1e-9."""
@@ -101,15 +75,6 @@ def test_their_folds_are_solved_where_rounding_moves_the_orbits(away: float) -> 
         if bifurcation.type == kinds.FOLD
     ]
     assert found == [Status.CONVERGED]
-
-
-def test_they_are_tangent_to_the_doublings() -> None:
-    """With s the halves' difference: w = b s^2 + c s^4, b growing along the doublings."""
-    apart = []
-    for away in (4e-4, 2e-4):
-        omega, delta = folds_of_doubled_orbits(away).points[0].values
-        apart.append(omega - doubling(delta)[1].value)
-    assert apart[0] / apart[1] == pytest.approx(4, rel=0.02)
 
 
 def third_order(one: Bifurcation) -> mpf:

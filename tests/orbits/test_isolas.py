@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import capsule_sym as cs
-from capsule_sym._orbits.continuation.points.kinds import FOLD
+from capsule_sym._orbits.continuation.kinds import FOLD
 from capsule_sym._orbits.shooting.symmetry import same
 from tests.finals import final_states, parameter_rows
 

@@ -12,7 +12,7 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._cli import main
-from capsule_sym._native import Watch, check_time, core, present, watch
+from capsule_sym._native import Watch, check_time, present, watch
 
 DOUBLED = cs.Parameters(alpha=0.04, zeta=0.005)
 PLANE = (0.1, 2.0), (3.0, 3.4)
@@ -48,16 +48,6 @@ def curve() -> cs.results.Curve:
 
 Call = Callable[..., Any]
 CALLS: dict[str, Call] = {
-    "solve_itinerary": lambda **k: cs.orbits.solve_itinerary(
-        cs.Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
-    ),
-    "solve_itinerary in 50 digits": lambda **k: cs.orbits.solve_itinerary(
-        cs.Parameters(), orbit().itinerary, list(orbit().z), backend="mpmath", **k
-    ),
-    "refined": lambda **k: orbit().refined(**k),
-    "solve_admissible": lambda **k: cs.orbits.solve_admissible(
-        cs.Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
-    ),
     "solve_orbit": lambda **k: cs.solve_orbit(cs.Parameters(), **k),
     "search_orbits": lambda **k: cs.search_orbits(cs.Parameters(), 3, **k),
     "continue_orbit": lambda **k: cs.continue_orbit(orbit(), "alpha", 0.3, points=10, **k),
@@ -69,7 +59,6 @@ CALLS: dict[str, Call] = {
     "continue_bifurcation": lambda **k: cs.continue_bifurcation(
         branch().bifurcations[0], "gamma", PLANE, points=5, **k
     ),
-    "curves_from": lambda **k: cs.orbits.curves_from(curve(), PLANE, points=5, **k),
 }
 
 
@@ -78,16 +67,11 @@ def results(found: Any) -> list[Any]:
     return [found] if hasattr(found, "status") else list(found)
 
 
-# Solved by the C core between two readings of the clock.
-QUICK = {"solve_itinerary", "solve_admissible"}
-
-
 @pytest.mark.parametrize("name", CALLS)
 @pytest.mark.parametrize("seconds", [2, 4])
 def test_work_ends_at_its_limit_with_what_was_found(name: str, seconds: int, ticks: None) -> None:
     _ = branch(), doubling(), curve()
-    limit = seconds / 8 if name in QUICK and core is not None else seconds
-    found = results(CALLS[name](max_seconds=limit))
+    found = results(CALLS[name](max_seconds=seconds))
     assert found[-1].status == "time-limit"
     assert not found[-1].success
     assert "time limit" in found[-1].message

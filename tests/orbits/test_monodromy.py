@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.points.extended import (
+from capsule_sym._orbits.continuation.conditions import (
     evaluate_test_functions,
     gradient_of_test_function,
 )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import continue_from, continue_orbit, results
-from capsule_sym._orbits.continuation.points import kinds
+from capsule_sym._orbits.continuation import kinds
 from tests.orbits.branches import settled
 
 pytestmark = pytest.mark.long

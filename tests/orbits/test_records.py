@@ -12,10 +12,11 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.families.family import Family
-from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
-from capsule_sym._orbits.continuation.points.extended import EventSolution
-from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING
+from capsule_sym._orbits.continuation import locating
+from capsule_sym._orbits.continuation.bifurcations import sorted_multipliers
+from capsule_sym._orbits.continuation.conditions import EventSolution
+from capsule_sym._orbits.continuation.kinds import PERIOD_DOUBLING
+from capsule_sym._orbits.continuation.problem import Family
 from capsule_sym._orbits.continuation.records import (
     bifurcation_record,
     bifurcation_rows,
@@ -24,10 +25,10 @@ from capsule_sym._orbits.continuation.records import (
     curve_record,
     curve_rows,
     failure_record,
+    labelled_point,
     orbit_record,
     point_rows,
 )
-from capsule_sym._orbits.continuation.settings import DEFAULT
 from capsule_sym._orbits.shooting.equations import shooting
 from capsule_sym._records import dumps
 from tests.orbits.branches import settled, upwards
@@ -80,10 +81,10 @@ def test_no_orbit_tells_where_newtons_method_ended() -> None:
 
 
 @lru_cache
-def doubled(settings: cs.inputs.ContinuationSettings = DEFAULT) -> cs.results.Branch:
+def doubled() -> cs.results.Branch:
     """A short branch with a period doubling."""
     start = settled(alpha=1.2, beta=10.0, omega=0.965)
-    return cs.continue_orbit(start, "omega", 0.98, points=4, settings=settings)
+    return cs.continue_orbit(start, "omega", 0.98, points=4)
 
 
 def first_doubling(branch: cs.results.Branch) -> cs.results.Bifurcation:
@@ -129,8 +130,8 @@ def test_a_bifurcation_that_does_not_converge_at_first_is_found_from_nearer(monk
     assert one.value == pytest.approx(whole.value, abs=1e-12)
     # As many halvings as requested.
     answer(monkeypatch, [None, None])
-    few = cs.inputs.ContinuationSettings(zero_halvings=2)
-    assert not first_doubling(doubled.__wrapped__(few)).success
+    monkeypatch.setattr(locating, "_ZERO_HALVINGS", 2)
+    assert not first_doubling(doubled.__wrapped__()).success
 
 
 def test_branches_and_curves_tell_of_every_point() -> None:
@@ -173,7 +174,7 @@ def test_a_record_has_the_multipliers_of_both_sides_of_a_border(label: str, tmp_
     # A file holds no more digits of the orbit than are needed to have them again.
     file = tmp_path / "branch.json"
     file.write_text(dumps(branch_record(branch)))
-    _, again = cs.results.labelled_point(file, label)
+    _, again = labelled_point(file, label)
     assert isinstance(again, cs.results.Bifurcation)
     assert again.multipliers == pytest.approx(one.multipliers, abs=1e-12)
     assert again.multipliers_without == pytest.approx(one.multipliers_without, abs=1e-12)

@@ -15,7 +15,7 @@ from capsule_sym._map.backend import backend
 from capsule_sym._map.drift import dragged
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
-from capsule_sym._orbits.continuation.points.bifurcation import refined
+from capsule_sym._orbits.continuation.bifurcations import refined
 from capsule_sym._orbits.shooting import extrema
 from capsule_sym._orbits.shooting.admissibility import inequalities
 from capsule_sym._orbits.shooting.changes import rotated
@@ -341,7 +341,7 @@ def test_two_branches_of_mirror_images_leave_where_a_symmetry_breaks(judge: Inte
     # The distance of the orbits beside the point is that of the half's normal form.
     form = breaking.normal_form
     assert form is not None
-    assert (form.order, form.power, form.scenario) == (2, 3, "supercritical")
+    assert (form.order, form.scenario) == (2, "supercritical")
     first, second = np.split(one.points[1].orbit.durations.astype(float), 2)
     apart = float(np.linalg.norm(first - second)) / 2
     grown = one.points[1].value - breaking.value
@@ -438,7 +438,7 @@ def test_core_and_kernels_give_the_same_equations_of_a_pulsed_orbit(name: str) -
             found = forms.evaluated(begun.itinerary, z)
             assert found is not None
             native = of_core(forms.values, begun.itinerary, z, found)
-            plain = _by_kernels(forms, begun.itinerary, z, None)
+            plain = _by_kernels(forms, begun.itinerary, z)
             for kind in ("residual", "by_z", "by_p", "advance_by"):
                 one, other = getattr(native, kind), getattr(plain, kind)
                 assert one == pytest.approx(other, abs=1e-14 * (1 + abs(other).max())), kind

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 import capsule_sym as cs
-from capsule_sym.orbits import floquet_multipliers, solve_admissible
+from capsule_sym.orbits import floquet_multipliers, is_admissible, solve_itinerary, tightest
 from capsule_sym.results import Itinerary, Orbit, Status
 from tests.finals import final_states, parameter_rows
 
@@ -136,18 +136,17 @@ def test_word_beyond_its_bifurcation_is_typed_with_the_inequality_that_fails() -
     below = cs.solve_orbit(cs.Parameters(alpha=0.36))
     assert below.success, below.message
     assert str(below.itinerary) == "F5 F2"
-    assert isinstance(
-        solve_admissible(cs.Parameters(alpha=0.362), below.itinerary, list(below.z)), Orbit
-    )
-    beyond = solve_admissible(cs.Parameters(alpha=0.4), below.itinerary, list(below.z))
-    assert not beyond.success
-    assert beyond.status is Status.NOT_ADMISSIBLE
-    assert "minimum of upper in segment 1, F5 is -" in beyond.message
-    assert beyond.residual < 1e-13
+    given = below.itinerary, list(below.z)
+    assert is_admissible(solve_itinerary(cs.Parameters(alpha=0.362), *given))
+    beyond = solve_itinerary(cs.Parameters(alpha=0.4), *given)
+    assert beyond.success
+    assert not is_admissible(beyond)
+    assert tightest(beyond).named(beyond.itinerary) == "minimum of upper in segment 1, F5"
+    assert tightest(beyond).value < 0
 
 
 def test_stick_beyond_the_grazing_is_typed() -> None:
     """The forced response reaches the second spring where its amplitude is the gap."""
-    beyond = solve_admissible(cs.Parameters(alpha=0.0075), Itinerary.parse("2"))
-    assert not beyond.success
-    assert "minimum of gap" in beyond.message
+    beyond = solve_itinerary(cs.Parameters(alpha=0.0075), Itinerary.parse("2"))
+    assert not is_admissible(beyond)
+    assert tightest(beyond).named(beyond.itinerary).startswith("minimum of gap")

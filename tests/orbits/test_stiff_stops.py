@@ -7,7 +7,7 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym import scenes
-from capsule_sym._orbits.continuation.families import stepping
+from capsule_sym._orbits.continuation import path
 
 PULSED = {
     "alpha": 0.429432255087572,
@@ -62,7 +62,7 @@ def test_a_branch_reaches_the_end_of_its_range(scene, values, begin: float, end:
 def test_runs_alone_find_the_events_that_equations_find(monkeypatch, p, name, to) -> None:
     start = cs.solve_orbit(p)
     expected = cs.continue_orbit(start, name, to, points=5)
-    monkeypatch.setattr(stepping, "first_event", lambda *arguments: None)
+    monkeypatch.setattr(path, "first_event", lambda *arguments: None)
     found = cs.continue_orbit(start, name, to, points=5)
     assert found.success, found.message
     for one, other in zip(found.bifurcations, expected.bifurcations, strict=True):

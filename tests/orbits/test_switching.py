@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._orbits.continuation.branches import continuing
-from capsule_sym._orbits.continuation.points.kinds import FOLD, PERIOD_DOUBLING
+from capsule_sym._orbits.continuation import continue_orbits
+from capsule_sym._orbits.continuation.kinds import FOLD, PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.records import branch_record
 from capsule_sym._orbits.shooting.symmetry import same
 from capsule_sym._records import dumps
@@ -157,7 +157,7 @@ def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> 
 
 
 def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(continuing, "_doubled", lambda *_: None)
+    monkeypatch.setattr(continue_orbits, "_doubled", lambda *_: None)
     (lost,) = cs.orbits.period_doubling_cascade(light(), 1)
     assert (lost.origin, lost.status, lost.points) == ("PD1", cs.results.Status.NOT_CONVERGED, ())
     assert lost.message == "no doubled orbit is found beside PD1"
@@ -211,7 +211,7 @@ def wrong_points(file: Path) -> Iterator[dict[str, Any]]:
 def test_what_is_no_branch_of_this_format_is_refused_in_one_line(file: Path, tmp_path) -> None:
     other = tmp_path / "other.json"
     for text, itineraries in (
-        (damaged(file, format=1), "format = 1: must be 3"),
+        (damaged(file, format=1), "format = 1: must be 4"),
         ("{}", "a branch.json that"),
         ("[1", "JSON that"),
         (damaged(file, bifurcations=[{"label": "PD1"}]), "an undamaged branch.json"),

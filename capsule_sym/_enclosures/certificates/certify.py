@@ -27,7 +27,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CurvePoint
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation, CurvePoint
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit

@@ -22,7 +22,7 @@ from capsule_sym._enclosures.orbits.shooting import Shooting
 from capsule_sym._enclosures.orbits.stability import Characteristic, characteristic, monodromy
 from capsule_sym._enclosures.passage.switches import guard_row, known
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.points.kinds import CORNER, GRAZING, sliding
+from capsule_sym._orbits.continuation.kinds import CORNER, GRAZING, sliding
 from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift

@@ -1,38 +1,280 @@
-"""Orbits, branches and curves as plain records, and as rows of tables."""
+"""Orbits, branches and curves as plain records and rows of tables, and points read from records."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from capsule_sym._errors import InvalidInput, Status, check_one_of
+from capsule_sym._files import read_json
+from capsule_sym._map.backend import backend
+from capsule_sym._map.expansion import Guard
 from capsule_sym._map.result import plain
-from capsule_sym._orbits.continuation.branches.branch import Branch, BranchPoint
-from capsule_sym._orbits.continuation.branches.saved import FORMAT
-from capsule_sym._orbits.continuation.curves.curve import Curve
-from capsule_sym._orbits.continuation.points.bifurcation import (
+from capsule_sym._orbits.continuation.bifurcations import (
     Bifurcation,
     CodimensionTwoPoint,
     CurvePoint,
     sorted_multipliers,
 )
-from capsule_sym._orbits.continuation.points.normal_forms import NormalForm
+from capsule_sym._orbits.continuation.branch import Branch, BranchPoint, ends
+from capsule_sym._orbits.continuation.conditions import orbit_at
+from capsule_sym._orbits.continuation.curve import Curve
+from capsule_sym._orbits.continuation.kinds import NormalForm
+from capsule_sym._orbits.continuation.parameter_paths import (
+    Function,
+    ParameterPath,
+    chosen_path,
+    parameter_path,
+)
 from capsule_sym._orbits.metrics.performance import performance, shown
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
+from capsule_sym._orbits.shooting.equations import BY_ANGLE
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import SceneDevice
+from capsule_sym._parameters import CAPSULE, Scene, SceneDevice
+from capsule_sym._parameters import scene as load_scene
 from capsule_sym._records import add_si, in_si
+
+#: Format of the result of `branch_record`; a changed format has another number.
+FORMAT = 4
+
+Record = Mapping[str, Any]
+_WHAT = "JSON that `branch --out` or `curve --out` wrote"
+_CLOSED = 1e-6  # residual below which a saved orbit is accepted
+
+
+def labelled_point(
+    path: Path | str,
+    label: str,
+    parameter: str | None = None,
+    ties: Mapping[str, Function | str] | None = None,
+) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
+    """Path of a saved branch (`branch --out`), and its point with this label.
+
+    `parameter` and `ties` replace those of the file, which cannot hold ties by Python functions. On
+    a branch that was switched to at PD1, the label of point AS2 is "PD1/AS2". Raises InvalidInput
+    for a file that is not a branch of this format or has no such label, and for other wrong values.
+    """
+    record = read_branch(path)
+    try:
+        named = dict(_named(record, ""))
+        for one in record["switched"]:
+            named |= _named(one, f"{one['origin']}/")
+        check_one_of("label", label, named)
+        varying = chosen_path(
+            record["parameter"], lambda: _path(record), parameter, ties, _scene(record)
+        )
+        return varying, _point(varying, {"scene": varying.scene.source, **named[label]})
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        raise InvalidInput("file", str(path), "an undamaged branch.json") from None
+
+
+def _path(record: Record) -> ParameterPath:
+    lost = [name for name, text in record["ties"].items() if text is None]
+    if lost:
+        raise InvalidInput("ties", lost, "given again, since a file holds no Python functions")
+    return parameter_path(record["parameter"], record["ties"], _scene(record))
+
+
+def _named(record: Record, origin: str) -> Iterator[tuple[str, Record]]:
+    for one in record["bifurcations"]:
+        yield origin + one["label"], one
+    for label, one in ends(record["points"]).items():
+        yield origin + label, one
+
+
+def read_curves(path: Path | str) -> Record | None:
+    """Record of a file that `curve --out` wrote; None if the file has another record.
+
+    Raises InvalidInput for a file that cannot be read.
+    """
+    record = read_json(path, _WHAT)
+    return record if isinstance(record, dict) and "curves" in record else None
+
+
+def read_branch(path: Path | str) -> Record:
+    """Record of a file that `branch --out` wrote.
+
+    Parameters
+    ----------
+    path : str or path
+        File branch.json.
+
+    Returns
+    -------
+    dict
+        Content of the file: `parameters`, the varied `parameter`, `ties`, `points`, `bifurcations`,
+        `status`, `message`, and the branches `switched` to. Numbers are dimensionless, but a name
+        that is no parameter of the scene has the units of its ties.
+
+    Raises
+    ------
+    InvalidInput
+        For a file that cannot be read, that `branch --out` did not write, or that is of another
+        version of the format.
+
+    See Also
+    --------
+    continue_from : branches from one point of the file.
+    orbit_from_record : orbit of a point.
+
+    Examples
+    --------
+    >>> import subprocess, sys, tempfile
+    >>> import capsule_sym as cs
+    >>> command = [sys.executable, "-m", "capsule_sym", "branch", "--alpha", "0.9:1"]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = subprocess.run([*command, "--out", folder], check=True, capture_output=True)
+    ...     record = cs.results.read_branch(f"{folder}/branch.json")
+    >>> print(record["parameter"], record["status"])
+    alpha reached
+    >>> print([one["label"] for one in record["bifurcations"]])
+    ['AS1']
+    >>> print(cs.results.orbit_from_record(record["points"][0]).itinerary)
+    F5 F4 F1 F2
+    """
+    record = read_json(path, _WHAT)
+    if not isinstance(record, dict) or "bifurcations" not in record:
+        raise InvalidInput("file", str(path), "a branch.json that `branch --out` wrote")
+    if record.get("format") != FORMAT:
+        had = record.get("format")
+        raise InvalidInput("format", had, f"{FORMAT}: {path} is of another version")
+    return record
+
+
+def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
+    if "type" not in record:
+        orbit = _orbit(record)
+        return BranchPoint(record["value"], orbit, tightest(orbit))
+    scene = path.scene
+    orbit = _orbit({"scene": scene.source, **record["orbit"]})
+    segment, number = record["segment"], orbit.itinerary.period_number
+    if segment is not None and not 0 < segment <= len(orbit.itinerary):
+        raise ValueError(f"segment {segment} of {len(orbit.itinerary)}")
+    read: dict[str, Callable[[Any], Any]] = {
+        "str": lambda text: text or "",
+        "tuple[str, ...]": tuple,
+        "tuple[float, float]": tuple,
+        "tuple[complex, ...]": lambda pairs: tuple(complex(*pair) for pair in pairs),
+        "Itinerary": lambda names: _itinerary(names, number, scene),
+        "Itinerary | None": lambda names: _itinerary(names, number, scene) if names else None,
+        "Status": Status,
+    }
+    given = {
+        field.name: read.get(str(field.type), lambda value: value)(record[field.name])
+        for field in fields(Bifurcation)
+        if field.name not in ("orbit", "path", "segment")
+    }
+    # In the record segments are counted from the start of the cyclic itinerary.
+    segment = None if segment is None else segment - 1
+    return Bifurcation(**given, orbit=orbit, path=path, segment=segment)
+
+
+def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
+    """Orbit of a record with parameters, itinerary, phase, state and durations; dimensionless.
+
+    The points of a file that `branch --out` wrote are such records.
+
+    Parameters
+    ----------
+    record : mapping of str to object
+        Values by name, all dimensionless:
+
+        - `parameters`: mapping of all parameters of the scene to float;
+        - `phase`: time in the excitation period at which the first segment starts;
+        - `state`: (x_r, v_r, v_c) at this time, of shape (3,);
+        - `durations`: durations of the n segments, of shape (n,);
+        - `itinerary`: sequence of the n fields, such as ["F5", "F4", "F1", "F2"];
+        - `period_number`: number of excitation periods of the orbit, int;
+        - `scene`: name of the scene, str; without it the paper's.
+
+        Other entries are ignored.
+
+    Returns
+    -------
+    Orbit
+        The orbit with the given numbers, not corrected.
+
+    Raises
+    ------
+    InvalidInput
+        For a record that lacks one of these or has another type of it, and for an itinerary or a
+        scene that is not known.
+    ValueError
+        If the numbers do not solve the equations of the orbit, with a residual below 1e-6.
+
+    See Also
+    --------
+    read_branch : record of a file.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> p = orbit.parameters
+    >>> record = {"parameters": p.to_dict(), "phase": orbit.z[3] / p.omega}
+    >>> record |= {"state": orbit.z[:3], "durations": orbit.durations}
+    >>> record |= {"itinerary": orbit.itinerary.names, "period_number": 1}
+    >>> again = cs.results.orbit_from_record(record)
+    >>> print(again.status, again.itinerary)
+    converged F5 F4 F1 F2
+    """
+    needed = ("parameters", "phase", "state", "durations", "itinerary", "period_number")
+    given = record if isinstance(record, Mapping) else {}
+    lost = [name for name in needed if name not in given]
+    if not lost and isinstance(record["parameters"], Mapping):
+        known = _scene(record).facts.PARAMETERS
+        lost = [f"parameters.{one}" for one in known if one not in record["parameters"]]
+    if lost:
+        raise InvalidInput("record", record, f"of an orbit, with {', '.join(lost)}")
+    try:
+        return _orbit(record)
+    except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
+        raise InvalidInput("record", record, f"of an orbit, whole: {error}") from error
+
+
+def _orbit(record: Record) -> Orbit:
+    scene = _scene(record)
+    values = tuple(float(record["parameters"][name]) for name in scene.facts.PARAMETERS)
+    angle = record["phase"] * float(record["parameters"]["omega"])
+    z = np.array([*record["state"], angle, *record["durations"]])
+    itinerary = _itinerary(record["itinerary"], record["period_number"], scene)
+    with backend("numpy", scene) as numbers, np.errstate(all="ignore"):
+        orbit = orbit_at(numbers, values, itinerary, z)
+        edges = [i for i, one in enumerate(itinerary.segments) if one.guard is Guard.EDGE]
+        turns = round(orbit.system.residual[edges[0]] / numbers.full_turn) if edges else 0
+        if turns:  # at the start, a phase of one period and 0 are the same edge
+            z[BY_ANGLE] -= turns * numbers.full_turn
+            orbit = orbit_at(numbers, values, itinerary, z)
+    if not abs(orbit.residual) < _CLOSED:
+        raise ValueError("no orbit")
+    return orbit
+
+
+def _scene(record: Record) -> Scene:
+    """Scene named in a record; the paper's if none is named."""
+    return load_scene(str(record.get("scene", CAPSULE.source)))
+
+
+def _itinerary(names: list[str], period_number: int, scene: Scene) -> Itinerary:
+    return Itinerary.parse(" ".join(names), period_number, scene)
+
 
 # Attributes that are written under their own names.
 _CONVERGENCE = ("residual", "iterations", "status", "success")
 _ITINERARIES = ("itinerary_before", "itinerary_after")
 _BIFURCATION = (
-    *("label", "type", "line", "surfaces", "parameter", "value", "uncertainty"),
+    *("label", "type", "line", "parameter", "value", "uncertainty"),
     *(*_CONVERGENCE, "interval", "failed", *_ITINERARIES, "multipliers", "multipliers_without"),
     *("multipliers_before", "multipliers_after", "symmetry", "normal_form"),
 )
-_NORMAL_FORM = ("growth", "order", "coefficient", "exponent", "scenario")
 
 
 def _plain(value: Any) -> Any:
@@ -40,7 +282,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Itinerary):
         return list(value.cyclic.names)
     if isinstance(value, NormalForm):
-        return {**value._asdict(), "exponent": value.exponent}
+        return value._asdict()
     return plain(value) if value != "" else None
 
 
@@ -114,7 +356,7 @@ def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
 def curve_record(curve: Curve) -> dict[str, Any]:
     """Record of a curve: its points, its codimension-two points, and the reasons for its ends."""
     return {
-        **_fields(curve, ("type", "origin", "parameters")),
+        **_fields(curve, ("type", "parameters")),
         "points": [_curve_point(curve, point) for point in curve.points],
         "codimension_two": [_codimension_two(curve, one) for one in curve.codimension_two],
         "endings": [{"status": end.value, "message": text} for end, text in curve.endings],
@@ -139,13 +381,15 @@ def _codimension_two(curve: Curve, one: CodimensionTwoPoint) -> dict[str, Any]:
     return {**_values(curve, one), **_fields(one, names)}
 
 
-def _cells(record: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
-    """Entries of a record as cells of a table; null becomes empty."""
-    cells = {}
-    for name in names:
-        value = record[name]
-        cells[name] = "" if value is None else " ".join(value) if isinstance(value, list) else value
-    return cells
+def _row(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Entries of a record as cells of a table: numbers, texts, and lists of texts as one text."""
+    row: dict[str, Any] = {}
+    for name, value in record.items():
+        if isinstance(value, list) and all(isinstance(one, str) for one in value):
+            row[name] = " ".join(value)
+        elif not isinstance(value, dict | list):
+            row[name] = "" if value is None else value
+    return row
 
 
 def _sizes(multipliers: Iterable[complex]) -> dict[str, float]:
@@ -156,45 +400,28 @@ def point_rows(branch: Branch) -> list[dict[str, Any]]:
     """Points of a branch as rows of a table."""
     rows = []
     for point in branch.points:
-        record, itinerary = _branch_point(point), point.orbit.itinerary
-        names = ("itinerary", "period_number", "progression", "average_velocity", "stable")
-        row = {
-            "origin": branch.origin,
-            branch.parameter: point.value,
-            **_cells(record, (*names, *_CONVERGENCE)),
-            **_sizes(point.multipliers),
-            "tightest": point.admissibility.named(itinerary),
-            "by": float(point.admissibility.value),
-            "phase": record["phase"],
-        }
+        record = _branch_point(point)
+        row = {"origin": branch.origin, branch.parameter: record.pop("value"), **_row(record)}
+        row |= _sizes(point.multipliers)
+        row |= {"tightest": record["admissibility"]["inequality"]}
+        row |= {"by": record["admissibility"]["value"]}
         rows.append(row | dict(zip(("x_r", "v_r", "v_c"), record["state"], strict=True)))
     return rows
 
 
 def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]]:
     """Bifurcations as rows of a table."""
-    names = ("label", "type", "line", "parameter", "value", "uncertainty", *_CONVERGENCE)
-    rows = []
-    for one in bifurcations:
-        record = bifurcation_record(one)
-        form = record["normal_form"] or dict.fromkeys(_NORMAL_FORM)
-        cells = _cells(record, (*names, *_ITINERARIES, "symmetry", "failed"))
-        rows.append(cells | _cells(form, _NORMAL_FORM))
-    return rows
+    records = map(bifurcation_record, bifurcations)
+    none = dict.fromkeys(NormalForm._fields)
+    return [_row(one) | _row(one["normal_form"] or none) for one in records]
 
 
 def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
     """Points of curves as rows of a table."""
     return [
-        {
-            "curve": number,
-            **_cells(_fields(curve, ("origin", "type")), ("origin", "type")),
-            "line": point.line,
-            **_values(curve, point),
-            "itinerary": str(point.orbit.itinerary),
-            **_fields(point, _CONVERGENCE),
-            **_sizes(point.multipliers),
-        }
+        {"curve": number, "type": curve.type}
+        | _row(_curve_point(curve, point))
+        | _sizes(point.multipliers)
         for number, curve in enumerate(curves, 1)
         for point in curve.points
     ]
@@ -204,21 +431,15 @@ def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
     """Codimension-two points of curves as rows of a table."""
     rows = []
     for number, curve in enumerate(curves, 1):
+        names = [f"uncertainty_{name}" for name in curve.parameters]
         for one in curve.codimension_two:
-            first, second = (
-                " ".join(filter(None, pair)) for pair in zip(one.types, one.lines, strict=True)
+            record = _codimension_two(curve, one)
+            both = zip(record.pop("types"), record.pop("lines"), strict=True)
+            met = dict(
+                zip(("first", "second"), (" ".join(pair).strip() for pair in both), strict=True)
             )
-            names = (f"uncertainty_{name}" for name in curve.parameters)
-            rows.append(
-                {
-                    "curve": number,
-                    "first": first,
-                    "second": second,
-                    **_values(curve, one),
-                    **dict(zip(names, one.uncertainties, strict=True)),
-                    **_cells(_codimension_two(curve, one), (*_CONVERGENCE, *_ITINERARIES)),
-                }
-            )
+            row = {"curve": number, **met, **_row(record)}
+            rows.append(row | dict(zip(names, one.uncertainties, strict=True)))
     return rows
 
 

@@ -167,8 +167,8 @@ def performance(orbit: Orbit) -> Performance:
             friction_loss=friction_loss,
             lift=lift,
             imbalance=work.value - damper_loss.value - friction_loss.value - lift.value,
-            peak_force=_along(orbit, *peak_of_force(forms, orbit)),
-            peak_contact=_along(orbit, *peak_of_contact(forms, orbit)),
+            peak_force=_along(orbit, *_peak(forms, orbit, Quantity.FORCE)),
+            peak_contact=_along(orbit, *_peak(forms, orbit, Quantity.GAP)),
         )
 
 
@@ -304,50 +304,21 @@ class _Place(NamedTuple):
     time: Number | None
 
 
-def peak_of_force(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
-    """Largest |P| along an orbit, and its derivatives (n + 11,)."""
-    return _of_force(forms, max(_places(forms, orbit, Quantity.FORCE), key=lambda one: one.size))
-
-
-def _of_force(forms: ClosedForms, place: _Place) -> tuple[Number, Vector]:
-    """|P| at a place, and its derivatives (n + 11,)."""
+def _peak(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> tuple[Number, Vector]:
+    """Largest |P| along an orbit, or force of a stop's spring, and its derivatives (n + 11,)."""
+    place = max(_places(forms, orbit, quantity), key=lambda found: found.size, default=None)
+    if place is None:  # no segment is in contact
+        return forms.numbers.number(0), 0 * orbit.system.advance_by
     x_r, v_r, by = _state(forms, place)
     c = place.flow.c
     gap = x_r - c.own_stop()
-    force = c.force(x_r, gap, v_r)
-    side = 1 if force > 0 else -1
-    return side * force, side * chained(c.force_gradient(gap, v_r), by)
-
-
-def peaks_of_force(
-    forms: ClosedForms, orbit: Orbit, least: float
-) -> dict[tuple[int, int], tuple[Number, Vector]]:
-    """Local maxima of |P| of at least a share of the largest, with derivatives (n + 11,).
-
-    Keys are the segment and the number of the place within it, the end first.
-    """
-    places, found = list(_places(forms, orbit, Quantity.FORCE)), {}
-    bound, segments = least * max(place.size for place in places), list(orbit.system.flows)
-    numbers = dict.fromkeys(range(len(segments)), -1)
-    for place in places:
-        segment = next(i for i, flow in enumerate(segments) if flow is place.flow)
-        numbers[segment] += 1
-        if place.size >= bound:
-            found[segment, numbers[segment]] = _of_force(forms, place)
-    return found
-
-
-def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
-    """Largest force of a stop's spring along an orbit, and its derivatives (n + 11,)."""
-    places = _places(forms, orbit, Quantity.GAP)
-    place = max(places, key=lambda found: found.size, default=None)
-    if place is None:
-        return forms.numbers.number(0), 0 * orbit.system.advance_by
-    x_r, _, by = _state(forms, place)
-    c = place.flow.c
-    gap = x_r - c.own_stop()
-    side = 1 if gap > 0 else -1
-    return side * c.force(0, gap, 0), side * chained(c.contact_gradient(gap), by)
+    if quantity is Quantity.FORCE:
+        force, row = c.force(x_r, gap, v_r), c.force_gradient(gap, v_r)
+        side = 1 if force > 0 else -1
+    else:
+        force, row = c.force(0, gap, 0), c.contact_gradient(gap)
+        side = 1 if gap > 0 else -1
+    return side * force, side * chained(row, by)
 
 
 def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:

@@ -101,7 +101,7 @@ def inequalities(
             found += _at_end(itinerary, flows, i)
         if alone and getattr(flow.c, stiffness) != 0:
             found += _gaps(numbers, itinerary, flow, i)
-        for guard, time, value in minima(numbers, flow, _zeros(itinerary, i)):
+        for guard, time, value in minima(numbers, flow, itinerary.vanishing(i)):
             if alone and guard is Guard.GAP:
                 continue
             near = _NEAR * flow.h
@@ -175,7 +175,7 @@ def _gaps(
     numbers: Backend, itinerary: Itinerary, flow: SegmentFlow, segment: int
 ) -> Iterator[Inequality]:
     """Least gaps in a segment and in its mirror image."""
-    for kind, time, value in extrema(numbers, flow, Quantity.GAP, _zeros(itinerary, segment)):
+    for kind, time, value in extrema(numbers, flow, Quantity.GAP, itinerary.vanishing(segment)):
         if kind < 0:
             yield Inequality(MINIMUM, segment, Guard.GAP, -value, time)
             continue
@@ -218,22 +218,6 @@ def tightest(orbit: Orbit) -> Inequality:
     return min(held, key=lambda one: one.value)
 
 
-def _zeros(itinerary: Itinerary, segment: int) -> dict[Guard, int]:
-    """Guards that vanish at a segment's start, from the guard that ended the segment before."""
-    before, stop = itinerary.guard_before(segment), itinerary.stop(segment - 1)
-    if stop:
-        free = not contact(itinerary.fields[segment], itinerary.scene)
-        return {Guard.BACK if free and stop == 2 else Guard.GAP: 1}
-    if before is Guard.EDGE:
-        rested = not drift(itinerary.neighbour(segment - 1), itinerary.scene)
-        return (
-            {Guard.DRIFT: 1} if rested and drift(itinerary.fields[segment], itinerary.scene) else {}
-        )
-    if before is Guard.DRIFT:
-        return {Guard.DRIFT: 1}
-    return {Guard.DRIFT: 2} if before else {}
-
-
 def _reversed_wrongly(itinerary: Itinerary, flows: Sequence[SegmentFlow], before: int) -> bool:
     flow, after = flows[before], flows[(before + 1) % len(flows)]
     if flow.segment.guard is Guard.EDGE:
@@ -269,7 +253,7 @@ def is_admissible(orbit: Orbit) -> bool:
     See Also
     --------
     tightest : the inequality with the least value.
-    solve_admissible : orbit that is admissible.
+    solve_itinerary : orbit of a given itinerary.
 
     Examples
     --------

@@ -56,13 +56,11 @@ class ClosedForms:
         return found[:-1]  # type: ignore[no-any-return]
 
     def run(
-        self, field: int, c: Any, closed: Any, h: Number, kept: NDArray[Any] | None = None
+        self, field: int, c: Any, closed: Any, h: Number
     ) -> tuple[Sequence[Number], NDArray[Any]]:
         """Values (x_r's change, v_r, v_c's change, x_c's advance) at h, and Jacobian (4, columns).
 
-        The columns are JACOBIAN_COLUMNS of the kernels; in stick the last two rows are zero. In 50
-        digits a given Jacobian `kept` is not computed again; it takes three times as long as the
-        values.
+        The columns are JACOBIAN_COLUMNS of the kernels; in stick the last two rows are zero.
         """
         if self._fields is not None:
             values, matrix = self._fields.closed_form(field, np.array(closed), h)
@@ -71,8 +69,6 @@ class ClosedForms:
         values = [number(value) for value in kernels.flow(c, closed, h, bool(c.drift))]
         if not c.drift:
             values += [number(0), number(0)]
-        if kept is not None:
-            return values, kept
         matrix = np.asarray(kernels.jacobian(c, closed, h))
         if not c.drift:
             matrix = np.concatenate([matrix, np.full((2, matrix.shape[1]), number(0))])

@@ -110,18 +110,16 @@ def shooting(
     values: Sequence[Number],
     itinerary: Itinerary,
     z: Vector,
-    kept: ShootingSystem | None = None,
 ) -> ShootingSystem:
     """Equations of an itinerary at unknowns z, for values of the parameters in their order.
 
-    In double precision they are evaluated by the C core if it exists. In 50 digits the segments'
-    derivatives may be those `kept` from unknowns nearby.
+    In double precision they are evaluated by the C core if it exists.
     """
     check_time()
     forms = ClosedForms(numbers, values)
     found = forms.evaluated(itinerary, z)
     if found is None:
-        return _by_kernels(forms, itinerary, z, kept)
+        return _by_kernels(forms, itinerary, z)
     return of_core(forms.values, itinerary, z, found)
 
 
@@ -175,9 +173,7 @@ def _angle_by(forms: ClosedForms, z: Vector, segment: int) -> Vector:
     return gradient
 
 
-def _by_kernels(
-    forms: ClosedForms, itinerary: Itinerary, z: Vector, kept: ShootingSystem | None
-) -> ShootingSystem:
+def _by_kernels(forms: ClosedForms, itinerary: Itinerary, z: Vector) -> ShootingSystem:
     """Equations by the kernels of any number system, segment by segment."""
     numbers, n, size = forms.numbers, len(itinerary), len(z) + len(forms.values)
     zero, omega = numbers.number(0), forms.value("omega")
@@ -190,11 +186,9 @@ def _by_kernels(
     residual, by = np.full(len(z), zero), np.full((len(z), size), zero)
     for i, (segment, h) in enumerate(zip(itinerary.segments, durations, strict=True)):
         check_time()
-        matrix = None if kept is None else kept.flows[i].matrix
         start_by = state_by, _angle_by(forms, z, i)
-        flow = _flow(forms, segment, (state, angle), start_by, h, STATES + 1 + i, matrix)
-        guard_by = None if kept is None else np.concatenate([kept.by_z[i], kept.by_p[i]])
-        residual[i], by[i] = _guard(forms, flow, itinerary, i, guard_by)
+        flow = _flow(forms, segment, (state, angle), start_by, h, STATES + 1 + i)
+        residual[i], by[i] = _guard(forms, flow, itinerary, i)
         flows.append(flow)
         state, state_by, angle = flow.end, flow.end_by, angle + omega * h
         advance_by = advance_by + flow.total(flow.matrix[STATES])
@@ -239,7 +233,6 @@ def _flow(
     begin_by: tuple[Matrix, Vector],
     h: Number,
     column: int,
-    kept: Matrix | None = None,
 ) -> SegmentFlow:
     """Segment of duration h from a state and a forcing angle with known derivatives."""
     numbers, c, (state, angle) = forms.numbers, forms.constants(segment.field), begin
@@ -249,9 +242,7 @@ def _flow(
     closed = numbers.kernels.Start(x_r, gap, v_r, v_c, margin, *turned)
     # A duration of 0 cannot divide; the unit of rounding gives the same limit.
     duration = h if abs(h) > numbers.unit else numbers.unit
-    (position, velocity, change, advance), matrix = forms.run(
-        segment.field, c, closed, duration, kept
-    )
+    (position, velocity, change, advance), matrix = forms.run(segment.field, c, closed, duration)
     change = change if c.drift else -v_c
     return SegmentFlow(
         segment=segment,
@@ -289,7 +280,7 @@ def angle_row(forms: ClosedForms, h: Number, like: Vector) -> Vector:
 
 
 def _guard(
-    forms: ClosedForms, flow: SegmentFlow, itinerary: Itinerary, i: int, kept: Vector | None
+    forms: ClosedForms, flow: SegmentFlow, itinerary: Itinerary, i: int
 ) -> tuple[Number, Vector]:
     """Guard of a segment at its end, over a power of its duration, and the gradient."""
     if flow.segment.guard is None:
@@ -303,8 +294,6 @@ def _guard(
     least = min(forms.numbers.unit ** (one / (zeros + 4)), one / (10 * flow.c.rate))
     if abs(flow.h) >= least:
         return value, flow.total(row)
-    if kept is not None:
-        return value, kept
     # So near to the limit the differences in the row cancel. It is interpolated between durations
     # on both sides, with an error of (`least` times the rate)^4.
     begin = (flow.start, flow.angle), (flow.start_by, flow.angle_by)

@@ -14,7 +14,6 @@ from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.steady import SteadyMotion, abbreviated
 from capsule_sym._parameters import CAPSULE, Scene, as_scene
 
-_FRICTION = (Guard.DRIFT, Guard.UPPER, Guard.LOWER)
 _OPPOSITE = {Guard.UPPER: Guard.LOWER, Guard.LOWER: Guard.UPPER}
 _OTHER_STOP = {Guard.GAP: Guard.BACK, Guard.BACK: Guard.GAP}
 _BEHIND = 2  # contact at the second stop
@@ -254,17 +253,26 @@ class Itinerary:
         rest = tuple(map(self.image, first)) if self.mirrored else first
         return replace(self, segments=self.segments[start:] + rest)
 
-    def zeros(self, index: int) -> int:
-        """Number of derivatives of a segment's guard, from itself on, that vanish at its start.
+    def vanishing(self, index: int) -> dict[Guard, int]:
+        """Guards that vanish at a segment's start, from the guard that ended the segment before.
 
-        The guard that ended the segment before makes them vanish: a gap that begins at 0, a capsule
-        that begins at rest, and, after stick, without acceleration, unless an edge ends the stick.
+        Each has the number of derivatives, from itself on, that vanish: 1 for a gap that begins at
+        0 and for a capsule that begins at rest, 2 if it was at rest without acceleration, so unless
+        an edge ends the rest.
         """
-        guard, before = self.segments[index].guard, self.segments[index - 1].guard
-        if guard in (Guard.GAP, Guard.BACK):
-            return int(self.stop(index - 1) == self.stop(index))
-        if guard is Guard.DRIFT and before is Guard.EDGE:
-            return int(not drift(self.neighbour(index - 1), self.scene))
-        if guard is Guard.DRIFT and before in _FRICTION:
-            return 1 if before is Guard.DRIFT else 2
-        return 0
+        before, stop = self.guard_before(index), self.stop(index - 1)
+        field = self.fields[index]
+        if stop:
+            free = not contact(field, self.scene)
+            return {Guard.BACK if free and stop == _BEHIND else Guard.GAP: 1}
+        if before is Guard.EDGE:
+            starts = drift(field, self.scene) and not drift(self.neighbour(index - 1), self.scene)
+            return {Guard.DRIFT: 1} if starts else {}
+        if before is Guard.DRIFT:
+            return {Guard.DRIFT: 1}
+        return {Guard.DRIFT: 2} if before else {}
+
+    def zeros(self, index: int) -> int:
+        """Number of derivatives of a segment's own guard, from itself on, that vanish there."""
+        guard = self.segments[index].guard
+        return self.vanishing(index).get(guard, 0) if guard else 0

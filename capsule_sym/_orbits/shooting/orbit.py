@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,12 +14,10 @@ from capsule_sym._arguments import checked
 from capsule_sym._errors import Ended, InvalidInput, Outcome, Status, check_one_of, counted
 from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
 from capsule_sym._map.backend import Backend, Number, backend
-from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import brief
 from capsule_sym._map.steady import abbreviated
-from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import (
     Matrix,
@@ -181,11 +178,9 @@ class Orbit(Ended, Labelled):
         """Segments of one period as columns, like those of a trajectory."""
         return self.trajectory().columns
 
-    @checked
-    def refined(self, max_seconds: float = math.inf) -> Orbit:
-        """The same orbit in 50 digits; arguments are those of `solve_itinerary`."""
-        given = self.values, self.itinerary, list(self.z)
-        return solve_itinerary(*given, backend="mpmath", max_seconds=max_seconds)
+    def refined(self) -> Orbit:
+        """The same orbit in 50 digits, as by `solve_itinerary`."""
+        return solve_itinerary(self.values, self.itinerary, list(self.z), backend="mpmath")
 
 
 class NoOrbit(Orbit):
@@ -258,7 +253,6 @@ def solve_itinerary(
     guess: Sequence[Number] | None = None,
     *,
     backend: str = "numpy",
-    max_seconds: float = math.inf,
 ) -> Orbit:
     """Orbit of an itinerary near a guess z, by damped Newton steps with the exact Jacobian.
 
@@ -267,7 +261,7 @@ def solve_itinerary(
     For long itineraries, whose terms are large, the residual is at most their rounding.
 
     The result solves the equations of the itinerary. It need not be a motion of the map: durations
-    below 0 are allowed. `solve_admissible` tests this too.
+    below 0 are allowed. `is_admissible` tests this.
 
     Parameters
     ----------
@@ -282,24 +276,22 @@ def solve_itinerary(
         itinerary without switches only.
     backend : {"numpy", "mpmath"}, default "numpy"
         Number system: double precision, or 50 digits.
-    max_seconds : float, default inf, above 0
-        Time limit, in seconds of wall time. The status is then "time-limit".
 
     Returns
     -------
     Orbit
         The orbit, or a result whose `success` is False. Its `status` is then "not-converged",
-        "singular", "not-finite" or "time-limit", and its `message` gives the reason.
+        "singular" or "not-finite", and its `message` gives the reason.
 
     Raises
     ------
     InvalidInput
         For a guess of the wrong size, a missing one, another number of parameters, another backend,
-        a time limit that is not allowed, or an itinerary that the scene does not have.
+        or an itinerary that the scene does not have.
 
     See Also
     --------
-    solve_admissible : the same, with the test of the map.
+    is_admissible : the test of the map.
     solve_orbit : orbit and itinerary from a start.
 
     Notes
@@ -340,10 +332,8 @@ def solve_itinerary(
                 f"{counted(len(itinerary) + 4, 'number')} for the itinerary {itinerary}",
             )
         z = np.array([numbers.number(value) for value in guess])
-        with np.errstate(all="ignore"), Watch(checked_seconds(max_seconds)):
+        with np.errstate(all="ignore"):
             return _found(numbers, values, itinerary, z)
-        message = "time limit reached before Newton's method converged"
-        return NoOrbit(Status.TIME_LIMIT, message, itinerary, values, math.inf)
 
 
 def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerary) -> list[Number]:

@@ -165,7 +165,7 @@ def _tried(refused: Sequence[_Refused]) -> str:
 
 def _accepted(trajectory: Trajectory, ending: LastPeriod) -> Orbit:
     """Orbit next to the end of a run, if the run settles on it."""
-    found = solve_admissible(trajectory.parameters, ending.itinerary, ending.guess)
+    found = _tested(solve_itinerary(trajectory.parameters, ending.itinerary, ending.guess))
     if not found.success:
         return found
     orbit = primitive(found)
@@ -202,72 +202,15 @@ def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
     return now < first
 
 
-def solve_admissible(
-    parameters: SceneParameters,
-    itinerary: Itinerary,
-    guess: Sequence[float] | None = None,
-    *,
-    max_seconds: float = math.inf,
-) -> Orbit:
-    """Orbit of a given itinerary near a guess z, if the map has this itinerary too.
-
-    The orbit is solved for as by `solve_itinerary`, with the same statuses. It is admissible if all
-    durations are above 0 and the map, run from the orbit, has the same itinerary. Otherwise the
-    status is "not-admissible". The message then names the inequality of the itinerary that fails
-    most, or states that all hold.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        Parameters of the capsule or of another scene, dimensionless.
-    itinerary : Itinerary
-        Itinerary of the orbit, such as `orbit.itinerary` or `Itinerary.parse("F5 F2")`.
-    guess : sequence of k + 4 floats or None, default None
-        Guess z for k segments, dimensionless: the state (x_r, v_r, v_c) at the start of the
-        first segment, the forcing angle there in radians, and the durations. None is allowed for an
-        itinerary without switches only.
-    max_seconds : float, default inf, above 0
-        Time limit, in seconds of wall time. The status is then "time-limit".
-
-    Returns
-    -------
-    Orbit
-        The orbit, or a result whose `success` is False, with `status` and `message`.
-
-    Raises
-    ------
-    InvalidInput
-        For a guess of the wrong size, a missing one, or an itinerary that the scene does not have.
-
-    See Also
-    --------
-    solve_itinerary : the same without the test of the map.
-    tightest : the inequality that fails most, or holds by the least margin.
-
-    Examples
-    --------
-    >>> import capsule_sym as cs
-    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
-    >>> cs.orbits.solve_admissible(cs.Parameters(alpha=0.85), orbit.itinerary, orbit.z).success
-    True
-    >>> far = cs.orbits.solve_admissible(cs.Parameters(alpha=2.0), orbit.itinerary, orbit.z)
-    >>> print(far.status, "-", far.message)
-    not-admissible - minimum of lower in segment 4, F2 is -0.637; it has to be above 0
-    """
-    orbit: Orbit | None = None
-    with Watch(checked_seconds(max_seconds)):
-        orbit = solve_itinerary(parameters, itinerary, guess)
-        if not orbit.success or (min(orbit.durations) > 0 and is_admissible(orbit)):
-            return orbit
-        worst = tightest(orbit)
-        detail = "the map has another itinerary, although all inequalities hold"
-        if worst.value <= 0:
-            value = f"{float(worst.value):.3g}"
-            detail = f"{worst.named(itinerary)} is {value}; it has to be above 0"
-        return NoOrbit(Status.NOT_ADMISSIBLE, detail, itinerary, orbit.values, orbit.residual)
-    detail = "time limit reached before an admissible orbit was found"
-    residual = float("inf") if orbit is None else orbit.residual
-    return NoOrbit(Status.TIME_LIMIT, detail, itinerary, _values(parameters), residual)
+def _tested(found: Orbit) -> Orbit:
+    """The orbit if it is a motion of the map, or a result that names what fails."""
+    if not found.success or (min(found.durations) > 0 and is_admissible(found)):
+        return found
+    worst, itinerary = tightest(found), found.itinerary
+    detail = "the map has another itinerary, although all inequalities hold"
+    if worst.value <= 0:
+        detail = f"{worst.named(itinerary)} is {float(worst.value):.3g}; it has to be above 0"
+    return NoOrbit(Status.NOT_ADMISSIBLE, detail, itinerary, found.values, found.residual)
 
 
 def endings(trajectory: Trajectory) -> Iterator[LastPeriod]:

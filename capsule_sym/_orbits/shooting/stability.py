@@ -10,20 +10,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import Ended, InvalidInput, Status
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Segment, Trajectory
 from capsule_sym._map.backend import Backend, Number, backend
-from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard, pulsed
-from capsule_sym._map.result import by_fields
-from capsule_sym._native import Watch, check_time
+from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import Matrix, ShootingSystem, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
@@ -210,7 +207,7 @@ def _product(orbit: OrbitLike, first: int) -> Matrix:
     return product
 
 
-def jacobian(trajectory: Trajectory, *, max_seconds: float = math.inf) -> NDArray[np.float64]:
+def jacobian(trajectory: Trajectory) -> NDArray[np.float64]:
     """Derivative of a run's final state with respect to its start state.
 
     It is the product of the segments' derivatives and the saltation matrices, in double precision
@@ -220,8 +217,6 @@ def jacobian(trajectory: Trajectory, *, max_seconds: float = math.inf) -> NDArra
     ----------
     trajectory : Trajectory
         A run with all its segments: `keep` is "segments", the default of `simulate`.
-    max_seconds : float, default inf, above 0
-        Time limit, in seconds of wall time. After it the result is nan.
 
     Returns
     -------
@@ -231,7 +226,7 @@ def jacobian(trajectory: Trajectory, *, max_seconds: float = math.inf) -> NDArra
     Raises
     ------
     InvalidInput
-        If the segments were not kept, and for a `max_seconds` that is not above 0.
+        If the segments were not kept.
 
     See Also
     --------
@@ -248,37 +243,14 @@ def jacobian(trajectory: Trajectory, *, max_seconds: float = math.inf) -> NDArra
      1.313807  0.220278  0.848364
     -0.099720 -0.041980 -0.092403
     """
-    product, done = np.eye(3), False
-    with Watch(checked_seconds(max_seconds)):
-        for matrix, _ in _matrices(trajectory, trajectory.segments):
-            product = matrix @ product
-        done = True
-    return product if done else np.full((3, 3), np.nan)
-
-
-@dataclass(frozen=True, eq=False)
-class LyapunovExponents(Ended):
-    """The three Lyapunov exponents along a trajectory, per unit of time, dimensionless."""
-
-    values: NDArray[np.float64]
-    """Exponents, shape (3,), descending; nan if no time was covered."""
-    time: float
-    """Duration of the part of the trajectory that they cover."""
-    status: Status
-    """FINISHED or TIME_LIMIT."""
-    __repr__ = by_fields
-
-    @property
-    def message(self) -> str:
-        """Status as a sentence."""
-        part = "all after the transient" if self.success else "the part within the time limit"
-        return f"the exponents are of {part}"
+    product = np.eye(3)
+    for matrix, _ in _matrices(trajectory, trajectory.segments):
+        product = matrix @ product
+    return product
 
 
 @np.errstate(under="ignore")
-def lyapunov_exponents(
-    trajectory: Trajectory, transient: int = 0, *, max_seconds: float = math.inf
-) -> LyapunovExponents:
+def lyapunov_exponents(trajectory: Trajectory, transient: int = 0) -> NDArray[np.float64]:
     """The three Lyapunov exponents along a trajectory, per unit of time.
 
     Only the part after `transient` excitation periods counts. An exponent is -inf once the capsule
@@ -290,20 +262,16 @@ def lyapunov_exponents(
         A run with all its segments: `keep` is "segments", the default of `simulate`.
     transient : int, default 0, from 0 to below the periods of the run
         Length of the part that does not count, in excitation periods.
-    max_seconds : float, default inf, above 0
-        Time limit, in seconds of wall time. After it the exponents cover the part done so far, and
-        the status is time-limit.
 
     Returns
     -------
-    LyapunovExponents
-        Exponents as `values`, descending, dimensionless; the covered `time` and the `status`.
+    ndarray of shape (3,)
+        Exponents, descending, dimensionless.
 
     Raises
     ------
     InvalidInput
-        If no part is left after the transient, if the segments were not kept, and for a
-        `max_seconds` that is not above 0.
+        If no part is left after the transient, and if the segments were not kept.
 
     See Also
     --------
@@ -320,7 +288,7 @@ def lyapunov_exponents(
     >>> import capsule_sym as cs
     >>> parameters = cs.Parameters(alpha=0.9)
     >>> found = cs.orbits.lyapunov_exponents(cs.simulate(parameters, periods=50), transient=10)
-    >>> found.values.round(3).tolist()
+    >>> found.round(3).tolist()
     [-0.065, -0.068, -inf]
     >>> largest = abs(cs.solve_orbit(parameters).multipliers[0])
     >>> print(f"{math.log(largest) / parameters.period:.3f}")
@@ -330,11 +298,8 @@ def lyapunov_exponents(
     if not 0 <= transient < ends.period + (ends.phase > 0):
         raise InvalidInput("transient", transient, "from 0 to below the periods of the run")
     first = int(np.searchsorted(trajectory.records["start_period"], transient))
-    frame, sums, time, status = np.eye(3), np.zeros(3), 0.0, Status.TIME_LIMIT
-    with (
-        Watch(checked_seconds(max_seconds)),
-        backend("numpy", trajectory.parameters.scene) as numbers,
-    ):
+    frame, sums, time = np.eye(3), np.zeros(3), 0.0
+    with backend("numpy", trajectory.parameters.scene) as numbers:
         forms = ClosedForms(numbers, list(trajectory.parameters.to_dict().values()))
         for segment, following in pairwise(
             chain(trajectory.segments[max(first - 1, 0) :], (None,))
@@ -357,9 +322,7 @@ def lyapunov_exponents(
             if (matrix := landing(forms, segment, following)) is not None:
                 frame, grown = _across(matrix, frame)
                 sums += grown
-        status = Status.FINISHED
-    values = np.sort(sums / time)[::-1] if time else np.full(3, np.nan)
-    return LyapunovExponents(values, time, status)
+    return np.sort(sums / time)[::-1]
 
 
 _MOST_DECAY = 300.0

@@ -1,18 +1,20 @@
-"""Families of periodic orbits in their parameters: states, Newton's method, and test functions."""
+"""Families of periodic orbits in their parameters: states, Newton's method, test functions."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from capsule_sym._errors import Status
-from capsule_sym._map.backend import Backend
-from capsule_sym._orbits.continuation.parameter_paths import PathAxis
-from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.continuation.points.extended import (
+from capsule_sym._map.backend import Backend, backend
+from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._native import Watch
+from capsule_sym._orbits.continuation import kinds
+from capsule_sym._orbits.continuation.conditions import (
     Condition,
     Evaluation,
     EventSolution,
@@ -20,11 +22,19 @@ from capsule_sym._orbits.continuation.points.extended import (
     OrbitEquations,
     evaluate_test_functions,
 )
-from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
+from capsule_sym._orbits.continuation.parameter_paths import PathAxis
 from capsule_sym._orbits.shooting.admissibility import Inequality, inequalities
 from capsule_sym._orbits.shooting.changes import Exchange, zero_segments
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import Scene
+
+_MOST_STEPS = 5_000  # largest number of steps that a caller may ask for
+_NEWTON_STEPS = 8
+_NEWTON_TOLERANCE = 1e-10
+"""Step over the size of u that ends the iteration; the error is its square."""
+_RESIDUAL_TOLERANCE = 1e-13  # residual over the size of u above which Newton's method continues
+_ROUNDING_STEP = 1e-6  # the same as `_TOLERANCE`, if the residual is already rounding
 
 OUT_OF_TIME = Status.TIME_LIMIT, "time limit reached, or interrupted"
 
@@ -37,12 +47,28 @@ class Stop(Exception):
         self.ending, self.detail = ending, detail
 
 
+@contextmanager
+def computing(points: int, max_seconds: float, scene: Scene) -> Iterator[tuple[Backend, Watch]]:
+    """Numbers of a continuation, and its time limit; raises InvalidInput for these arguments.
+
+    The limit holds within `with limit:`.
+    """
+    check_points(points)
+    limit = Watch(checked_seconds(max_seconds))
+    with backend("numpy", scene) as numbers, np.errstate(all="ignore"):
+        yield numbers, limit
+
+
+def check_points(points: int) -> None:
+    """Raises InvalidInput unless this is an allowed number of steps."""
+    check_count("points", points, 1, _MOST_STEPS)
+
+
 class Problem(NamedTuple):
-    """Number system, axes and settings that all families of a continuation share."""
+    """Number system and axes that all families of a continuation share."""
 
     numbers: Backend
     axes: tuple[PathAxis, ...]
-    settings: ContinuationSettings = DEFAULT
 
     def values(self, orbit: Orbit) -> tuple[float, ...]:
         """Values of the varied parameters."""
@@ -111,9 +137,6 @@ class Corrected(NamedTuple):
     steps: int
 
 
-Equations = Callable[[Vector], Evaluation]
-
-
 def tangent(by: Matrix, along: Vector) -> Vector:
     """Unit tangent of the curve where its equations have the derivative `by`, (m + 1,).
 
@@ -123,41 +146,6 @@ def tangent(by: Matrix, along: Vector) -> Vector:
     right[-1] = 1.0
     direction = np.linalg.solve(np.vstack([by, along]), right)
     return np.asarray(direction / np.linalg.norm(direction))
-
-
-def corrected(
-    equations: Equations,
-    guess: Vector,
-    normal: Vector,
-    settings: ContinuationSettings = DEFAULT,
-    tolerance: float | None = None,
-) -> Corrected | None:
-    """Point of the curve in the plane through the guess, by Newton's method; None if none.
-
-    The iteration ends when a step is within the tolerance, or limited by rounding.
-    """
-    u, size, tolerance = guess, float("inf"), tolerance or settings.newton_tolerance
-    found = None
-    for step in range(1, settings.newton_steps + 1):
-        at = equations(u)
-        if not np.all(np.isfinite(at.residual)):
-            return None
-        rounding = _ROUNDING * (1 + np.max(abs(u)))
-        if size < settings.rounding_step and np.max(abs(at.residual)) <= rounding:
-            return Corrected(u, at, step - 1)
-        try:
-            change = np.linalg.solve(
-                np.vstack([at.by, normal]), -np.append(at.residual, normal @ (u - guess))
-            )
-        except np.linalg.LinAlgError:
-            return None
-        u, size = u + change, float(np.linalg.norm(change))
-        if size < tolerance * (1 + np.linalg.norm(u)):
-            found = Corrected(u, equations(u), step)
-            # Near a segment of duration 0 the inexact derivative leaves a larger residual.
-            if np.max(abs(found.at.residual)) <= settings.residual_tolerance * (1 + np.max(abs(u))):
-                break
-    return found
 
 
 # Other test functions that may vanish along a curve of a smooth bifurcation; a cusp is found
@@ -183,7 +171,7 @@ class Family(OrbitEquations):
         zero_segment: int | None = None,
         critical: str | None = None,
     ) -> None:
-        self.problem, (numbers, self.axes, self.settings) = problem, problem
+        self.problem, (numbers, self.axes) = problem, problem
         values, self.critical = [float(value) for value in orbit.values], critical
         segments: tuple[int, ...] = ()
         if zero_segment is not None:
@@ -201,11 +189,32 @@ class Family(OrbitEquations):
         unit = np.eye(kinds.DURATIONS + len(self.itinerary))[kinds.DURATIONS + segment]
         return np.append(unit[self.rest], np.zeros(len(self.axes)))
 
-    def corrected(
-        self, guess: Vector, normal: Vector, tolerance: float | None = None
-    ) -> Corrected | None:
-        """Point of the family in the plane through the guess, by Newton's method; None if none."""
-        return corrected(self.evaluate, guess, normal, self.settings, tolerance)
+    def corrected(self, guess: Vector, normal: Vector) -> Corrected | None:
+        """Point of the curve in the plane through the guess, by Newton's method; None if none.
+
+        The iteration ends when a step is within the tolerance, or limited by rounding.
+        """
+        u, size, found = guess, float("inf"), None
+        for step in range(1, _NEWTON_STEPS + 1):
+            at = self.evaluate(u)
+            if not np.all(np.isfinite(at.residual)):
+                return None
+            rounding = _ROUNDING * (1 + np.max(abs(u)))
+            if size < _ROUNDING_STEP and np.max(abs(at.residual)) <= rounding:
+                return Corrected(u, at, step - 1)
+            try:
+                change = np.linalg.solve(
+                    np.vstack([at.by, normal]), -np.append(at.residual, normal @ (u - guess))
+                )
+            except np.linalg.LinAlgError:
+                return None
+            u, size = u + change, float(np.linalg.norm(change))
+            if size < _NEWTON_TOLERANCE * (1 + np.linalg.norm(u)):
+                found = Corrected(u, self.evaluate(u), step)
+                # Near a segment of duration 0 the inexact derivative leaves a larger residual.
+                if np.max(abs(found.at.residual)) <= _RESIDUAL_TOLERANCE * (1 + np.max(abs(u))):
+                    break
+        return found
 
     def corrected_at(self, guess: Vector, k: int, value: float) -> Corrected | None:
         """Point of the family near a guess at which the unknown k has this value; None if none."""

@@ -13,32 +13,33 @@ from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import brief
 from capsule_sym._native import TimeUp
-from capsule_sym._orbits.continuation.families.crossing import Continuation
-from capsule_sym._orbits.continuation.families.family import (
-    OUT_OF_TIME,
-    Event,
-    SmoothEvent,
-    Spot,
-    Stop,
-)
-from capsule_sym._orbits.continuation.families.stepping import PathRun, Step
-from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.continuation.points.bifurcation import (
+from capsule_sym._orbits.continuation import kinds
+from capsule_sym._orbits.continuation.bifurcations import (
     CodimensionTwoPoint,
     CurvePoint,
     solution_fields,
 )
-from capsule_sym._orbits.continuation.points.extended import (
+from capsule_sym._orbits.continuation.conditions import (
     EventSolution,
     evaluate_test_functions,
     has_rotations,
     noise,
     orbit_at,
 )
+from capsule_sym._orbits.continuation.crossing import Continuation
+from capsule_sym._orbits.continuation.path import LEAST_STEP, PathRun, Step
+from capsule_sym._orbits.continuation.problem import OUT_OF_TIME, Event, SmoothEvent, Spot, Stop
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
+
+_SINGULAR_UNCERTAINTY = 1e-8
+"""Of a codimension-two point, above which its equations count as singular."""
+_DEGENERATE_DISTANCE = 0.1  # from the end of a curve, within which a degenerate point is sought
+_RESONANCE_TOLERANCE = 1e-6
+"""Derivative of the characteristic polynomial at a double multiplier 1 or -1."""
+_MOST_CURVE_POINTS = 5_000  # of each half of a curve
 
 _FINE = (Status.REACHED, Status.RETURNED, Status.CODIMENSION_TWO)
 
@@ -47,8 +48,7 @@ _FINE = (Status.REACHED, Status.RETURNED, Status.CODIMENSION_TWO)
 class Curve(Labelled):
     """Curve of bifurcations in two parameters: points in order, and the reasons for its ends.
 
-    `origin` names the codimension-two point at which the curve starts, such as "cusp"; it is empty
-    for a curve from a bifurcation on a branch. `endings` are the reasons at the first and at the
+    `endings` are the reasons at the first and at the
     last point. All values are dimensionless.
     """
 
@@ -57,7 +57,6 @@ class Curve(Labelled):
     points: tuple[CurvePoint, ...]
     codimension_two: tuple[CodimensionTwoPoint, ...]
     endings: tuple[tuple[Status, str], tuple[Status, str]]
-    origin: str = ""
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
@@ -119,7 +118,7 @@ class CurveRun(PathRun):
     """True between a codimension-two point and the next point of the curve."""
 
     def __init__(self, continuation: Continuation, kind: str, points: int) -> None:
-        super().__init__(continuation, points, continuation.settings.most_curve_points)
+        super().__init__(continuation, points, _MOST_CURVE_POINTS)
         self.kind = kind
         self.points: list[CurvePoint] = []
         self.codimension_two: list[CodimensionTwoPoint] = []
@@ -143,19 +142,6 @@ class CurveRun(PathRun):
         if self.last and self.unlocated:
             self._record_unlocated(self.last)
         return ending, detail
-
-    def closes(self, old: Spot, new: Spot) -> bool:
-        """True if the curve passes its first point between two states."""
-        first, itinerary = self.first, old.orbit.itinerary
-        if not itinerary == new.orbit.itinerary == first.orbit.itinerary:
-            return False
-        step = new.u - old.u
-        share = (first.u - old.u) @ step / (step @ step)
-        if not 0 < share <= 1:
-            return False
-        there = self.continuation.corrected(old.u + share * step, step / np.linalg.norm(step))
-        near = self.settings.closed_distance
-        return there is not None and bool(np.linalg.norm(there.u - first.u) < near)
 
     def check(self, old: Spot, step: Step) -> None:
         """Raises Stop where a Neimark-Sacker curve ends: beyond, the multipliers are real."""
@@ -200,7 +186,7 @@ class CurveRun(PathRun):
         if self.kind == kinds.NEIMARK_SACKER and resonance is not None:
             # Both multipliers of a rotation are 1 or -1.
             size = abs(evaluate_test_functions(orbit)[resonance])
-            near = size <= self.settings.resonance_tolerance
+            near = size <= _RESONANCE_TOLERANCE
             name = resonance if near else name
         whole, places = orbit.itinerary.whole, (self._place(orbit, segment), kinds.EventType(name))
         self._record(found, places, (whole, whole), solved=one.solved)
@@ -254,7 +240,7 @@ class CurveRun(PathRun):
         At a degenerate point their durations are dependent: one vanishes with the next derivative
         of its guard.
         """
-        ill = max(found.uncertainties) >= self.settings.singular_uncertainty
+        ill = max(found.uncertainties) >= _SINGULAR_UNCERTAINTY
         if len(found.segments) < 2 or not ill:
             return found
         return self._degenerate(found.orbit, found.segments) or found
@@ -268,13 +254,13 @@ class CurveRun(PathRun):
         z[[kinds.DURATIONS + segment for segment in segments]] = 0.0
         continuation = Continuation(self.problem, orbit, segments[0])
         found = continuation.solved(replace(orbit, z=z), (kinds.DEGENERATE,), segments)
-        near = self.settings.degenerate_distance
+        near = _DEGENERATE_DISTANCE
         return found if found is not None and max(abs(found.orbit.z - z)) < near else None
 
     def _record_unlocated(self, state: Spot) -> None:
         """Record the point next to the last state where inequalities fail, as not solved."""
         orbit, failed = state.orbit, " and ".join(self.unlocated)
-        length = 2 * self.settings.least_step  # of the last step that was tried, at most
+        length = 2 * LEAST_STEP  # of the last step that was tried, at most
         sizes = (abs(axis.width) * length for axis in self.problem.axes)
         here = EventSolution(orbit, self.continuation.segments, orbit.residual, tuple(sizes))
         places = self._place(orbit, self.continuation.zero_segment), kinds.HIGHER
@@ -289,7 +275,7 @@ class CurveRun(PathRun):
         guess, segment = half
         family = Continuation(self.problem, guess, segment)
         found = family.solved(guess, (kinds.PERIOD_DOUBLING,), family.segments)
-        near = self.settings.degenerate_distance
+        near = _DEGENERATE_DISTANCE
         if found is None or abs(found.orbit.z - guess.z).max() > near:
             return False
         while self.codimension_two and not self.codimension_two[-1].success:
@@ -305,7 +291,7 @@ class CurveRun(PathRun):
         known = self.codimension_two[-1:]
         if own is None or orbit.itinerary.mirrored:
             return False
-        n, near = len(orbit.itinerary), self.settings.degenerate_distance
+        n, near = len(orbit.itinerary), _DEGENERATE_DISTANCE
         adjacent = [k for k in ((own - 1) % n, (own + 1) % n) if orbit.durations[k] < near]
         tried = (*((k, own) for k in adjacent), *((own, k) for k in adjacent), (own,))
         solutions = (self._degenerate(orbit, segments) for segments in tried)

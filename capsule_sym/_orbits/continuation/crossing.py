@@ -1,4 +1,4 @@
-"""Continuation beyond an event: from one itinerary to the next, and to states beside a point."""
+"""Continuation beyond an event: by equations, and by runs where events lie too close together."""
 
 from __future__ import annotations
 
@@ -9,8 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._errors import Status
-from capsule_sym._orbits.continuation.families.family import (
+from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._map import simulate
+from capsule_sym._orbits.continuation.conditions import EventSolution
+from capsule_sym._orbits.continuation.kinds import DEGENERATE
+from capsule_sym._orbits.continuation.locating import matching, smooth_between
+from capsule_sym._orbits.continuation.parameter_paths import PathAxis
+from capsule_sym._orbits.continuation.problem import (
     Event,
     Family,
     Problem,
@@ -19,16 +24,12 @@ from capsule_sym._orbits.continuation.families.family import (
     Stop,
     tangent,
 )
-from capsule_sym._orbits.continuation.families.locating import matching, smooth_between
-from capsule_sym._orbits.continuation.parameter_paths import PathAxis
-from capsule_sym._orbits.continuation.points.extended import EventSolution
-from capsule_sym._orbits.continuation.points.kinds import DEGENERATE
-from capsule_sym._orbits.continuation.points.normal_forms import doubled
 from capsule_sym._orbits.shooting.admissibility import (
     DURATION,
     Inequality,
     inequalities,
     pull_rates,
+    tightest,
 )
 from capsule_sym._orbits.shooting.changes import (
     NO_DURATION,
@@ -40,10 +41,14 @@ from capsule_sym._orbits.shooting.changes import (
     zero_segments,
 )
 from capsule_sym._orbits.shooting.equations import Vector
-from capsule_sym._orbits.shooting.itinerary import contact
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at, symmetric
+from capsule_sym._orbits.shooting.search import newton_orbit, orbit_at
+from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at, symmetric, whole_orbit
+from capsule_sym._parameters import SceneParameters
 
+NEIGHBOUR_STEP = 1e-4  # distance from an event, in u, at which its two sides are evaluated
+_NEIGHBOUR_SHARES = (1.0, 0.1, 1e-2, 1e-3)  # of it; a smaller one is used if another event is near
 _PLACES = (0.0, 0.37, 1.0)  # of a range, at which the symmetry of motions is tested
 
 
@@ -181,22 +186,6 @@ class Continuation(Family):
         null = np.linalg.svd(self.evaluate(u).by)[2][-1]
         return [null, -null]
 
-    def around(self, u: Vector) -> Iterator[Spot]:
-        """States next to u on all curves of solutions that pass it.
-
-        Where two curves cross, the null vectors of the equations span a plane, whose directions are
-        tried; each curve may be found several times.
-        """
-        settings = self.settings
-        _, sizes, right = np.linalg.svd(self.evaluate(u).by)
-        one_curve = sizes[-1] > settings.crossing_ratio * sizes[0]
-        count = 2 if one_curve else settings.crossing_directions
-        for turn in np.arange(count) * (2 * np.pi / count):
-            way = np.cos(turn) * right[-1] + np.sin(turn) * right[-2]
-            solution = self.corrected(u + settings.crossing_step * way, way)
-            if solution is not None:
-                yield self.state(solution.u, way, solution)
-
     def neighbour(self, u: Vector, along: Vector, straight: bool = False) -> Restart | None:
         """State next to u, in the direction of `along`.
 
@@ -208,8 +197,8 @@ class Continuation(Family):
         except np.linalg.LinAlgError:
             return None
         states: list[Spot] = []
-        for share in self.settings.neighbour_shares:
-            step = share * self.settings.neighbour_step * direction
+        for share in _NEIGHBOUR_SHARES:
+            step = share * NEIGHBOUR_STEP * direction
             solution = self.corrected(u + step, direction)
             if solution is not None:
                 states.append(self.state(solution.u, direction, solution))
@@ -233,28 +222,6 @@ class Restart(NamedTuple):
     smooth: Sequence[SmoothEvent] = ()
 
 
-def doubled_starts(
-    problem: Problem, orbit: Orbit, critical: str | None = None, side: int = 1
-) -> Iterator[tuple[float, Restart]]:
-    """Doubled orbits beside one at a period doubling, each with its distance.
-
-    At a symmetry breaking they are whole orbits on the two sides of their half. Two curves of
-    solutions of the doubled equations cross there; on one the halves move apart while the parameter
-    is constant to first order.
-    """
-    whole, settings = doubled(orbit), problem.settings
-    one = Continuation(problem, whole, critical=critical)
-    distances, tolerance = settings.doubled_distances, None
-    if critical is not None:
-        distances, tolerance = settings.fold_distances, settings.fold_tolerance
-    u = one.unknowns(whole)
-    along = np.append(np.linalg.svd(whole.system.by_z)[2][-1], np.zeros(len(problem.axes))) * side
-    for distance in distances:
-        solution = one.corrected(u + distance * along, along, tolerance)
-        if solution is not None:
-            yield distance, Restart(one, one.state(solution.u, along, solution))
-
-
 def _ratio(orbit: Orbit, first: int) -> float:
     """Ratio of the durations of the slip after and before an edge or a stop, both starting at 0.
 
@@ -272,3 +239,110 @@ def _margin(beside: Restart | None, inequality: Inequality) -> tuple[bool, float
         return False, -float("inf")
     found = matching(beside.state.held, inequality)
     return beside.state.admissible, float(found.value) if found else float("inf")
+
+
+_GAPS = 10.0 ** np.arange(-10, -3)
+"""Distances beyond a point, as shares of the range: from rounding of an event to a short step."""
+_HALVINGS = 24
+"""Halvings of the interval in which the itinerary changes: to rounding from the longest gap."""
+_LEAP = 10.0
+"""Largest change of an orbit over a gap, in units of what its tangent leads to."""
+_TRANSIENT = 200
+"""Excitation periods after which a run next to a stable orbit is on it."""
+
+
+class Junction(NamedTuple):
+    """Orbits next to each other, before and after a change of itinerary."""
+
+    before: Orbit
+    after: Orbit
+
+
+class Rejoining:
+    """Search beyond an orbit of a branch, in the direction `way` of its parameter.
+
+    `itinerary` is that of the branch before the orbit, which may have segments of duration 0;
+    `steepness` is the change of the orbit's unknowns over that of the parameter's coordinate.
+    """
+
+    def __init__(
+        self, problem: Problem, itinerary: Itinerary, orbit: Orbit, way: float, steepness: float
+    ) -> None:
+        (self.axis,), self.way, self.steepness = problem.axes, way, steepness
+        self.itinerary = itinerary.whole.cyclic
+        self.orbit = whole_orbit(orbit)
+        self.q = float(self.axis.share(self.orbit.values))
+        self.number = self.orbit.itinerary.period_number
+        self.state = _strobe(self.orbit, self.number)
+
+    def junction(self) -> Junction | None:
+        """The nearest change of itinerary and the orbits beside it; None if no orbit is beyond."""
+        here = self.orbit, 0.0
+        for gap in _GAPS.tolist():
+            found = self._at(gap)
+            if found is not None and not self._same_itinerary(found):
+                return self._between(here, (found, gap))
+            here = here if found is None else (found, gap)
+        return None
+
+    def _between(self, low: tuple[Orbit, float], high: tuple[Orbit, float]) -> Junction | None:
+        """Orbits beside the change of itinerary between two distances, by bisection."""
+        before, (below, above), beyond = low[0], (low[1], high[1]), [high[0]]
+        for _ in range(_HALVINGS):
+            gap = (below + above) / 2
+            found = self._at(gap)
+            if found is None:
+                break
+            if self._same_itinerary(found):
+                before, below = found, gap
+            else:
+                above = gap
+                beyond.append(found)
+        # At the change itself the inequalities of both sides are 0.
+        alike = (one for one in beyond[::-1] if one.itinerary.cyclic == beyond[-1].itinerary.cyclic)
+        after = next((one for one in alike if tightest(one).value > 0), None)
+        return None if after is None else Junction(before, after)
+
+    def _same_itinerary(self, found: Orbit) -> bool:
+        """True if an orbit has the itinerary of the branch."""
+        return found.itinerary.cyclic == self.itinerary
+
+    def _at(self, gap: float) -> Orbit | None:
+        """Admissible orbit so far beyond, if it is near.
+
+        The map runs from the state of the branch, in the fields that this selects, and Newton's
+        method closes the run.
+        """
+        q = self.q + self.way * gap
+        values = self.axis.placed([float(value) for value in self.orbit.values], q)
+        names = self.orbit.scene.facts.PARAMETERS
+        # Beyond a grazing the orbit changes by the square root of the distance.
+        near = (_LEAP * self.steepness * gap + math.sqrt(gap)) * (1 + abs(self.state).max())
+        try:
+            parameters = self.orbit.parameters.replace(**dict(zip(names, values, strict=True)))
+            found = _closed(parameters, self.state, self.number) if 0 <= q <= 1 else iter(())
+            return next((one for one in found if self._apart(one) < near), None)
+        except InvalidInput:  # of parameters, or of a state that Newton's method leads to
+            return None
+
+    def _apart(self, orbit: Orbit) -> float:
+        """Least distance between the orbits' states at phase 0."""
+        numbers = range(1, orbit.itinerary.period_number + 1)
+        return float(min(abs(_strobe(orbit, number) - self.state).max() for number in numbers))
+
+
+def _strobe(orbit: Orbit, number: int) -> Vector:
+    """State of an orbit at phase 0, after so many excitation periods."""
+    return np.array(orbit.trajectory()(number * orbit.parameters.period), dtype=float)
+
+
+def _closed(parameters: SceneParameters, state: Vector, number: int) -> Iterator[Orbit]:
+    """Orbits that Newton's method finds from a state, and from the state of a settled run."""
+    found = newton_orbit(parameters, state, number)
+    if found is not None:
+        yield found
+    run = simulate(parameters, state.tolist(), periods=_TRANSIENT * number, keep="final")
+    for multiple in (1, 2):
+        settled = orbit_at(parameters, run.final[1], number * multiple) if run.success else None
+        if settled is not None:
+            yield settled

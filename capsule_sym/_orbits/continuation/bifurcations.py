@@ -11,9 +11,9 @@ import numpy as np
 from capsule_sym._errors import Ended, InvalidInput, Status
 from capsule_sym._map.backend import backend
 from capsule_sym._map.result import brief
+from capsule_sym._orbits.continuation.conditions import EventSolution, ExtendedSystem, orbit_at
+from capsule_sym._orbits.continuation.kinds import NormalForm, normal_form
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.points.extended import EventSolution, ExtendedSystem, orbit_at
-from capsule_sym._orbits.continuation.points.normal_forms import NormalForm, normal_form
 from capsule_sym._orbits.shooting.admissibility import Inequality
 from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment, zero_segments
 from capsule_sym._orbits.shooting.itinerary import Itinerary
@@ -96,8 +96,8 @@ class Bifurcation(BifurcationPoint):
     """Bifurcation on a branch of periodic orbits, located exactly; dimensionless.
 
     `value` is that of the parameter `parameter`, and `uncertainty` a bound on its rounding error;
-    if the equations are not solved it is the whole interval. `line` and `surfaces` are those that
-    the orbit meets (empty for a smooth bifurcation). `segment` is the segment of `orbit` with
+    if the equations are not solved it is the whole interval. `line` is the one that the orbit
+    meets (empty for a smooth bifurcation). `segment` is the segment of `orbit` with
     duration 0 (None for a smooth bifurcation), `interval` the two neighbouring values on the
     branch, `failed` the inequality that failed. If `symmetry` is "kept", the orbits are their own
     mirror images, and the event also happens to the segment's image half a period later. If it is
@@ -112,7 +112,6 @@ class Bifurcation(BifurcationPoint):
     value: float
     uncertainty: float
     line: str = ""
-    surfaces: tuple[str, ...] = ()
     symmetry: str = ""
     interval: tuple[float, float]
     failed: str = ""

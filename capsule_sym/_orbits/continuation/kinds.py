@@ -1,4 +1,4 @@
-"""Normal forms of bifurcations: leading terms of the orbits beside them.
+"""Types of bifurcations, the place of a border collision in state space, and normal forms.
 
 Beside a bifurcation the parameter is a function of one amplitude s: to leading order parameter -
 value = growth s^order. At a border collision s is the duration of the inserted segment. At a fold
@@ -18,38 +18,166 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.result import by_fields
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.shooting.changes import (
-    is_kink,
-    remove_segment,
-    swap_segment,
-    zero_segments,
-)
+from capsule_sym._orbits.shooting.changes import around, is_kink, zero_segments
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import STATES, Matrix, Vector, shooting, solve, touched
-from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment, drift
+from capsule_sym._orbits.shooting.equations import (
+    STATES,
+    Matrix,
+    SegmentFlow,
+    Vector,
+    shooting,
+    solve,
+    touched,
+)
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, level
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import halved_at, whole_orbit
-from capsule_sym._orbits.shooting.taylor import carried, generator, quotient, residual_series
+from capsule_sym._orbits.shooting.taylor import generator, residual_series
+from capsule_sym._parameters import Scene
+
+#: Index in z of the first segment's duration; state and forcing angle precede it.
+DURATIONS = STATES + 1
+
+GRAZING = "grazing"
+ADDING = "adding-sliding"
+GRAZING_SLIDING = "grazing-sliding"
+CROSSING = "crossing-sliding"
+SWITCHING = "switching-sliding"
+CORNER = "boundary-intersection crossing"
+EDGE = "edge"
+FOLD = "fold"
+PERIOD_DOUBLING = "period doubling"
+NEIMARK_SACKER = "Neimark-Sacker"
+SYMMETRY_BREAKING = "symmetry breaking"
+RESONANCE_1_1, RESONANCE_1_2 = "1:1 resonance", "1:2 resonance"
+CUSP = "cusp"
+GENERALIZED_DOUBLING = "generalized period doubling"
+DEGENERATE = "degenerate"
+
+SMOOTH = (FOLD, PERIOD_DOUBLING, NEIMARK_SACKER)
+#: Resonance on a Neimark-Sacker curve where both multipliers are those of this type.
+RESONANCES = {FOLD: RESONANCE_1_1, PERIOD_DOUBLING: RESONANCE_1_2}
+
+
+class EventType(NamedTuple):
+    """Type of an event, and its line."""
+
+    type: str
+    line: str = ""
+
+
+HIGHER = EventType("corner of higher codimension")
+#: Initials of each type, for the labels on a branch.
+INITIALS = {
+    FOLD: "FO",
+    PERIOD_DOUBLING: "PD",
+    NEIMARK_SACKER: "NS",
+    SYMMETRY_BREAKING: "SB",
+    GRAZING: "GR",
+    ADDING: "AS",
+    GRAZING_SLIDING: "GS",
+    CROSSING: "CS",
+    SWITCHING: "SS",
+    CORNER: "BI",
+    EDGE: "ED",
+    HIGHER.type: "HC",
+}
+
+
+def place(orbit: Orbit, segment: int) -> EventType:
+    """Event at an orbit's segment of duration 0.
+
+    Lines L1 to L4 have their part too, such as L3^(2); see `symbolic.appendices`.
+    """
+    itinerary, flow = orbit.itinerary, orbit.system.flows[segment]
+    scene = itinerary.scene
+    fields = around(itinerary, segment)
+    if len({level(field, scene) for field in fields}) > 1:
+        # A switch that meets an edge of the drive, or a slip that begins at one.
+        guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
+        met = sorted(
+            _met(one, contact(fields[0], scene), scene) for one in guards - {Guard.EDGE, None}
+        )
+        line = f"at {' and '.join(met)}" if met else ""
+        return EventType(EDGE, line)
+    (before, during, after) = ((contact(field, scene), drift(field, scene)) for field in fields)
+    if before[0] != after[0]:
+        if before[1] == after[1]:
+            return HIGHER
+        guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
+        return EventType(CORNER, _corner(guards, flow))
+    if during[0] != before[0]:
+        if before != after:
+            return HIGHER
+        return EventType(GRAZING, "L9")
+    kind = sliding(before[1], during[1], after[1])
+    if kind is None:
+        return HIGHER
+    line = _edge(flow, during[0])
+    return EventType(kind, f"{line}^({_part(flow, line)})")
+
+
+def _met(guard: Guard | None, side: int, scene: Scene) -> str:
+    """Label of the quantity in a guard beside contact at a side, as in the declaration."""
+    facts = scene.facts
+    if guard in (Guard.GAP, Guard.BACK):
+        behind = (guard is Guard.BACK) != (side == 2)
+        return str(facts.LABELS[facts.STOPS[behind][0]])
+    if guard is Guard.DRIFT:
+        return f"{facts.LABELS[facts.STATE[2]]} 0"
+    way = 1 if guard is Guard.UPPER else -1
+    alike = "" if len({*facts.BOUNDS.values()}) > 1 else (" forward" if way > 0 else " backward")
+    return f"{facts.LABELS[facts.BOUNDS[way]]}{alike}"
+
+
+def sliding(before: int, during: int, after: int) -> str | None:
+    """The bifurcation of a segment of duration 0 between drifts, None where these have no name."""
+    if before == after:
+        return GRAZING_SLIDING if before else ADDING
+    if during == 0 and after == -before:
+        return CROSSING
+    return SWITCHING if during == -before and after == 0 else None
+
+
+def _edge(flow: SegmentFlow, contact: int) -> str:
+    """Edge of stick, L1 to L4, on which a segment begins."""
+    force = flow.closed.margin + flow.c.friction
+    return f"L{(1 if force > 0 else 2) + 2 * contact}"
+
+
+def _part(flow: SegmentFlow, line: str) -> int:
+    """Part number of L1 to L4, from the range of the force's rate under the forcing."""
+    c, (_, v_r, _) = flow.c, flow.start
+    side = 1 if line in ("L1", "L3") else -1
+    turn, reach = -c.force_change(0, -c.friction_at(side)), c.force_change(0, c.alpha)
+    speed = c.force_change(v_r, 0)
+    return 1 if speed < turn - reach else 3 if speed > turn + reach else 2
+
+
+def _corner(guards: set[Guard | None], flow: SegmentFlow) -> str:
+    """Line or corner point on P1 = 0, P2 = delta where a segment between two guards begins."""
+    if Guard.UPPER in guards:
+        return "O1"
+    if Guard.LOWER in guards:
+        return "O2"
+    c, (x_r, v_r, _) = flow.c, flow.start
+    force = c.force(x_r, 0, v_r)
+    if all(c.friction_guard(sign, force) > 0 for sign in (1, -1)):
+        return "L6" if v_r > 0 else "L7"
+    if v_r > 0:
+        return "L5"
+    return "L8" if force < 0 else "L10"
+
 
 SUPERCRITICAL, SUBCRITICAL = "supercritical", "subcritical"
 PERSISTENCE, NON_SMOOTH_FOLD = "persistence", "non-smooth fold"
-_TOUCHES = (kinds.GRAZING, kinds.ADDING, kinds.GRAZING_SLIDING)
-_POWERS = {
-    kinds.GRAZING: 3,
-    kinds.ADDING: 4,
-    kinds.GRAZING_SLIDING: 2,
-    kinds.CROSSING: 2,
-    kinds.SWITCHING: 3,
-    kinds.CORNER: 2,
-    kinds.EDGE: 4,
-}
+_TOUCHES = (GRAZING, ADDING, GRAZING_SLIDING)
+_COLLISIONS = (*_TOUCHES, CROSSING, SWITCHING, CORNER, EDGE)
+_LINEAR = (GRAZING_SLIDING, EDGE)
+"""Types with a map that may be piecewise linear to leading order."""
 _STOPS = (Guard.GAP, Guard.BACK)
-_CANCELLED = 1e-9  # share of a coefficient below which a difference of two counts as rounding
 
 _DIFFERENCE = 1e-3
-_STATE = STATES
-_LINEAR = _STATE + 3  # of the state, cos, sin and 1
 
 
 class NormalForm(NamedTuple):
@@ -61,30 +189,20 @@ class NormalForm(NamedTuple):
     fold, s -> -s + coefficient s^3 at a period doubling, which is supercritical if it is positive.
     It is None at a border collision.
 
-    `discontinuity` is the leading term of the difference between the maps of the two itineraries at
-    a border collision: the change of (x_r, v_r, v_c) by a segment of duration s, over `s**power`.
-    At an edge of the drive `power` is 1 to 3; a piecewise-linear map has 1.
-
     `scenario` is "supercritical" or "subcritical" at a period doubling, and at a symmetry breaking,
     which is a period doubling of the first half. At a border collision it is "persistence" if the
     two itineraries have their orbits on different sides, and "non-smooth fold" if both are on one
-    side. It is empty at a fold, and where the branch ends and the multipliers beyond are unknown.
+    side. It is empty at a fold, and at a grazing-sliding bifurcation or an edge where the branch
+    ends, so that the multipliers beyond are unknown.
     """
 
     order: int
     growth: float
     coefficient: float | None
-    discontinuity: tuple[float, float, float] | None
-    power: int
     scenario: str
 
     def __repr__(self) -> str:
         return by_fields(self)
-
-    @property
-    def exponent(self) -> float:
-        """Power of the leading term; at a border collision as a function of the parameter."""
-        return self.power if self.discontinuity is None else self.power / self.order
 
 
 def normal_form(
@@ -104,17 +222,17 @@ def normal_form(
         orbit, segment = halved_at(orbit, segment) or (orbit, segment)
     with np.errstate(all="ignore"):
         try:
-            if kind == kinds.FOLD:
+            if kind == FOLD:
                 form = _fold(orbit, path)
-            elif kind in (kinds.PERIOD_DOUBLING, kinds.SYMMETRY_BREAKING):
+            elif kind in (PERIOD_DOUBLING, SYMMETRY_BREAKING):
                 form = _period_doubling(orbit, path)
-            elif kind in _POWERS and segment is not None:
+            elif kind in _COLLISIONS and segment is not None:
                 form = _collision(kind, orbit, segment, path, multipliers)
             else:
                 return None
         except (np.linalg.LinAlgError, ArithmeticError, InvalidInput):
             return None
-    terms = form.growth, form.coefficient or 0.0, *(form.discontinuity or ())
+    terms = form.growth, form.coefficient or 0.0
     return form if np.all(np.isfinite(terms)) else None
 
 
@@ -125,24 +243,13 @@ def _collision(
     path: ParameterPath,
     multipliers: tuple[Sequence[complex], Sequence[complex]],
 ) -> NormalForm:
-    order, power = 2 if kind in _TOUCHES else 1, _POWERS[kind]
-    if Guard.DRIFT in _corner_guards(orbit.itinerary, segment):
-        # A drift that reverses where it lands does so later by the time of contact.
-        ends = (orbit.itinerary.neighbour(k) for k in (segment - 1, segment + 1))
-        power = 3 if any(drift(field, orbit.scene) == 0 for field in ends) else 2
-    if is_kink(orbit.itinerary, zero_segments(orbit.itinerary, orbit.z, segment)):
+    vanishing = zero_segments(orbit.itinerary, orbit.z, segment)
+    if is_kink(orbit.itinerary, vanishing):
         raise ArithmeticError("a slip whose two segments begin without a rate")
-    first, power, (x_r, v_r, v_c) = _discontinuity(whole_orbit(orbit), segment, kind, power)
-    growth = _growth(orbit, first % len(orbit.itinerary), path, order)
-    scenario = _scenario(*multipliers) if power == order else PERSISTENCE
-    terms = float(x_r), float(v_r), float(v_c)
-    return NormalForm(order, growth, None, terms, power, scenario)
-
-
-def _corner_guards(itinerary: Itinerary, segment: int) -> set[Guard | None]:
-    """Guards that vanish together at a corner; empty elsewhere."""
-    guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
-    return guards if guards & set(_STOPS) and len(guards) > 1 else set()
+    order = 2 if kind in _TOUCHES else 1
+    growth = _growth(orbit, vanishing[0], path, order)
+    scenario = _scenario(*multipliers) if kind in _LINEAR else PERSISTENCE
+    return NormalForm(order, growth, None, scenario)
 
 
 def _scenario(before: Sequence[complex], after: Sequence[complex]) -> str:
@@ -161,7 +268,7 @@ def _along(z: Vector, *coefficients: Vector, many: int) -> Matrix:
 
 def _growth(orbit: Orbit, segment: int, path: ParameterPath, order: int) -> float:
     """(parameter - value) / duration^order of the inserted segment."""
-    z, column = orbit.z, kinds.DURATIONS + segment
+    z, column = orbit.z, DURATIONS + segment
     rest = [i for i in range(len(z)) if i != column]
     matrix = np.column_stack([orbit.system.by_z[:, rest], path.by(orbit.system.by_p, orbit.values)])
     many = order + 1 + orbit.itinerary.zeros(segment)
@@ -179,7 +286,7 @@ def _null_vectors(matrix: Matrix, n: int) -> tuple[Vector, Vector]:
     """Left and right null vector of a singular matrix, the right one of norm 1 in n durations."""
     left, _, right = np.linalg.svd(matrix)
     along = right[-1]
-    return left[:, -1], along / np.linalg.norm(along[kinds.DURATIONS :][:n])
+    return left[:, -1], along / np.linalg.norm(along[DURATIONS:][:n])
 
 
 class _Singular(NamedTuple):
@@ -202,7 +309,7 @@ def quadratic(orbit: Orbit, like: Vector | None = None) -> _Singular:
         along = -along
     second = left @ residual_series(orbit, _along(z, along, many=3))[2]
     # With a multiplier 1 + m in place of 1 the equations are singular for m = 2 b s.
-    return _Singular(left, along, float(second), float(left[n:] @ along[: kinds.DURATIONS]))
+    return _Singular(left, along, float(second), float(left[n:] @ along[:DURATIONS]))
 
 
 def cubic(orbit: Orbit) -> _Singular:
@@ -217,9 +324,7 @@ def cubic(orbit: Orbit) -> _Singular:
     bent = -np.linalg.solve(bordered, np.append(second, 0.0))[:-1]
     third = left @ residual_series(whole, _along(whole.z, along, bent, many=4))[3]
     # With a multiplier 1 + 2 m in place of 1 the equations are singular for m = b s^2.
-    return _Singular(
-        left, along, -float(third), 2 * float(left[2 * n :] @ along[: kinds.DURATIONS])
-    )
+    return _Singular(left, along, -float(third), 2 * float(left[2 * n :] @ along[:DURATIONS]))
 
 
 def doubled(orbit: Orbit) -> Orbit:
@@ -236,7 +341,7 @@ def doubled(orbit: Orbit) -> Orbit:
 def _fold(orbit: Orbit, path: ParameterPath) -> NormalForm:
     left, _, term, by_multiplier = quadratic(orbit)
     growth = -term / (left @ path.by(orbit.system.by_p, orbit.values))
-    return NormalForm(2, float(growth), float(abs(term / by_multiplier)), None, 2, "")
+    return NormalForm(2, float(growth), float(abs(term / by_multiplier)), "")
 
 
 def _period_doubling(orbit: Orbit, path: ParameterPath) -> NormalForm:
@@ -254,7 +359,7 @@ def _period_doubling(orbit: Orbit, path: ParameterPath) -> NormalForm:
 
     slope = (8 * (closed(1) - closed(-1)) - (closed(2) - closed(-2))) / (12 * step * by_multiplier)
     scenario = SUPERCRITICAL if coefficient > 0 else SUBCRITICAL
-    return NormalForm(2, float(coefficient / slope), float(coefficient), None, 3, scenario)
+    return NormalForm(2, float(coefficient / slope), float(coefficient), scenario)
 
 
 def degeneracy(orbit: Orbit, segment: int) -> float:
@@ -275,85 +380,6 @@ def degeneracy(orbit: Orbit, segment: int) -> float:
     return float(_row(forms, itinerary, end, itinerary.segments[end].guard, field) @ y)
 
 
-def _sides(
-    orbit: Orbit, segment: int, kind: str
-) -> tuple[int, Sequence[ItinerarySegment], Sequence[ItinerarySegment]]:
-    """First segment of duration 0, the segments after it, and those of the other itinerary.
-
-    The latter begin with the segment before; they are empty if the change is at the start.
-    """
-    itinerary, z, n = orbit.itinerary, orbit.z, len(orbit.itinerary)
-    change, begin = swap_segment(itinerary, z, segment, orbit.system), segment - 1
-    if change is None and kind != kinds.EDGE:
-        return segment, (), ()
-    if change is None:
-        change, begin = remove_segment(orbit.numbers, itinerary, z, orbit.system, segment)[0], 0
-    gone = [k for k, kept in enumerate(change.kept) if kept is None] or [segment]
-    first = next(k for k in gone if (k - 1) % n not in gone)
-    count = len(change.itinerary) - n + len(gone) + 1
-    inside = itinerary.rotated(first).segments[1 : len(gone)]
-    return first, inside, change.itinerary.rotated(begin).segments[:count]
-
-
-def _discontinuity(orbit: Orbit, segment: int, kind: str, power: int) -> tuple[int, int, Vector]:
-    """Change of the state at equal times by a segment of duration s, over s^power.
-
-    Also the index of that segment (the first of two), and the power, which is computed at an edge.
-    The change is the difference of two local motions from the same start, as power series. One goes
-    through the segment, the other follows the itinerary without it. The start is on the guard
-    before the segment, such that the segment has the duration s.
-    """
-    itinerary, omega = orbit.itinerary, orbit.value("omega")
-    segment, inside, outside = _sides(orbit, segment, kind)
-    numbers, flow = orbit.numbers, orbit.system.flows[segment]
-    forms = ClosedForms(numbers, orbit.values)
-    before, field = itinerary.neighbour(segment - 1), itinerary.fields[segment]
-    during = generator(forms.constants(field), omega)
-    after = generator(forms.constants(itinerary.neighbour(segment + len(inside) + 1)), omega)
-    many, zeros = power + 2, itinerary.zeros(segment)
-    enters = itinerary.guard_before(segment)
-    leaves = itinerary.segments[segment].guard
-    place = segment if leaves in _STOPS else segment - 1
-    start, s = np.zeros((many, _LINEAR)), np.eye(many)[1]
-    start[0] = [*flow.start, *numbers.cos_sin(flow.angle), 1.0]
-    if leaves is not Guard.EDGE:
-        # Guard after a duration s, over s^zeros, as a functional of the segment's start.
-        rows = [_row(forms, itinerary, place, leaves, field)]
-        for order in range(1, many + zeros):
-            rows.append(rows[-1] @ during / order)
-        rows, fixed = rows[zeros:], []
-        if enters is not Guard.EDGE:
-            fixed.append(_row(forms, itinerary, place, enters, before)[:_STATE])
-        if enters is Guard.DRIFT or drift(before, orbit.scene) == 0:
-            fixed.append(_row(forms, itinerary, place, Guard.DRIFT, field)[:_STATE])
-        direction = rows[0][:_STATE].copy()
-        for normal in np.linalg.qr(np.array(fixed).T)[0].T if fixed else ():
-            direction -= (direction @ normal) * normal
-        off = np.array([row @ start[0] for row in rows])
-        off[0] = 0.0
-        along = np.array([row[:_STATE] @ direction for row in rows])
-        start[:, :_STATE] -= np.outer(quotient(off, along), direction)
-    later = 0 * s if leaves is Guard.EDGE else s  # time between the edge and the end
-
-    def passed(y: Matrix, left: Vector, way: Sequence[ItinerarySegment]) -> tuple[Matrix, Vector]:
-        for one in way:
-            matrix = generator(forms.constants(one.field), omega)
-            time = left - later
-            if one.guard is not Guard.EDGE:
-                time = _time(y, matrix, _row(forms, itinerary, place, one.guard, one.field))
-            y, left = carried(y, time, matrix), left - time
-        return y, left
-
-    long, beyond = passed(carried(start, s, during), 0 * s, inside)
-    later = later - beyond
-    other = carried(*passed(start, s - beyond, outside), after)
-    if kind == kinds.EDGE:
-        sizes = np.maximum(abs(long), abs(other)).max(axis=1)
-        differs = abs(long - other)[:, :_STATE].max(axis=1) > _CANCELLED * sizes
-        power = next((k for k in range(1, many) if differs[k]), power)
-    return segment, power, (long - other)[power, :_STATE]
-
-
 def _row(
     forms: ClosedForms, itinerary: Itinerary, place: int, guard: Guard | None, field: int
 ) -> Vector:
@@ -372,15 +398,4 @@ def _row(
         by = c.limit_gradient(way, 0.0, 0.0, 0.0, 0.0)
         constant = c.pull(0, -c.own_stop(), 0, 0) - c.friction_at(way)
         cosine = c.pull(0, 0, 0, 1) - c.pull(0, 0, 0, 0)
-    return np.array([*by[:_STATE], cosine, 0.0, constant])
-
-
-def _time(y: Matrix, matrix: Matrix, row: Vector) -> Vector:
-    """Series of the time of a guard's zero, if the guard vanishes to first order at time 0."""
-    time = np.zeros(len(y))
-    for _ in range(len(y)):
-        there = carried(y, time, matrix)
-        off, rate = there @ row, there @ matrix.T @ row
-        off[0] = 0.0
-        time = time - quotient(off, rate)
-    return time
+    return np.array([*by[:STATES], cosine, 0.0, constant])

@@ -8,14 +8,14 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.families.family import Event, Family, SmoothEvent, Spot
-from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.continuation.points.extended import (
+from capsule_sym._orbits.continuation import kinds
+from capsule_sym._orbits.continuation.conditions import (
     EventSolution,
     evaluate_test_functions,
     has_rotations,
     noise,
 )
+from capsule_sym._orbits.continuation.problem import Event, Family, SmoothEvent, Spot
 from capsule_sym._orbits.shooting.admissibility import (
     BEFORE_END,
     DURATION,
@@ -28,6 +28,13 @@ from capsule_sym._orbits.shooting.admissibility import (
 from capsule_sym._orbits.shooting.changes import Exchange, insert_segment, zero_segments
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
+
+_SAME_SHARE = 1e-7  # share of a step within which failing inequalities count as one event
+_BEFORE_SHARE = 1e-3  # share of a step before an event at which all other inequalities have to hold
+_BEFORE_LENGTHS = (1e-6, 1e-8)  # the same as lengths in u, where these are shorter
+_SHARE_ERROR = 0.1  # error, as a share of a step, of the estimate of where an inequality fails
+_OUTSIDE_SHARE = 1e-6  # share of a step by which an event may lie beyond its ends
+_ZERO_HALVINGS = 8  # halvings of a step in the search for a zero of a test function
 
 
 def smooth_between(family: Family, old: Spot, new: Spot, until: float) -> list[SmoothEvent]:
@@ -69,7 +76,7 @@ def _zero_between(family: Family, name: str, old: Spot, new: Spot) -> SmoothEven
         ends = [abs(old.tests[name]), abs(new.tests[name])]
     low, high, share = 0.0, 1.0, ends[0] / (ends[0] + ends[1])
     conditions = tuple(one for one in (family.critical, name) if one is not None)
-    for _ in range(family.settings.zero_halvings):
+    for _ in range(_ZERO_HALVINGS):
         guess = family.corrected(old.u + share * change, normal)
         if guess is None:
             break
@@ -114,9 +121,9 @@ def first_event(family: Family, old: Spot, new: Spot, failing: list[Inequality])
         return None
     nearest = min(one.share for one in events)
     for share, one in zip(shares, found, strict=True):
-        if one is None and share < nearest - family.settings.share_error:
+        if one is None and share < nearest - _SHARE_ERROR:
             return None
-    together = [one for one in events if one.share - nearest < family.settings.same_share]
+    together = [one for one in events if one.share - nearest < _SAME_SHARE]
     # A segment that shrinks to 0 may let other inequalities fail with it; it is the event.
     return min(together, key=lambda one: one.failed.kind != DURATION)
 
@@ -139,8 +146,8 @@ def hides(family: Family, old: Spot, new: Spot, event: Event) -> bool:
     if event.failed.kind == MINIMUM:
         return False
     change = new.u - old.u
-    length, share = float(np.linalg.norm(change)), family.settings.before_share
-    nearer = (near / length for near in family.settings.before_lengths if near < share * length)
+    length, share = float(np.linalg.norm(change)), _BEFORE_SHARE
+    nearer = (near / length for near in _BEFORE_LENGTHS if near < share * length)
     for before in (share, *nearer):
         u = old.u + max(event.share - before, event.share / 2) * change
         solution = family.corrected(u, change / length)
@@ -190,7 +197,7 @@ def _locate(family: Family, old: Spot, new: Spot, failed: Inequality, share: flo
         along = float((q - old.u[-1]) / (new.u - old.u)[-1])
     else:
         along = _share(family, old, new, found._replace(orbit=here))
-    outside = family.settings.outside_share
+    outside = _OUTSIDE_SHARE
     if not -outside <= along <= 1 + outside:
         return None
     return Event(failed, segment, change, found, along)

@@ -12,22 +12,27 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.checks import check_count, checked_ends
-from capsule_sym._orbits.continuation.branches.branch import (
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+from capsule_sym._orbits.continuation.branch import (
     Branch,
     BranchPoint,
     BranchRun,
     failure_of,
     halves_apart,
 )
-from capsule_sym._orbits.continuation.families.crossing import (
+from capsule_sym._orbits.continuation.crossing import (
     Continuation,
+    Rejoining,
     Restart,
-    doubled_starts,
     first_half,
     vanishing,
 )
-from capsule_sym._orbits.continuation.families.family import OUT_OF_TIME, Problem, Spot, Stop
-from capsule_sym._orbits.continuation.families.rejoining import Rejoining
+from capsule_sym._orbits.continuation.kinds import (
+    HIGHER,
+    PERIOD_DOUBLING,
+    SYMMETRY_BREAKING,
+    doubled,
+)
 from capsule_sym._orbits.continuation.parameter_paths import (
     Function,
     ParameterPath,
@@ -35,14 +40,13 @@ from capsule_sym._orbits.continuation.parameter_paths import (
     chosen_path,
     parameter_path,
 )
-from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
-from capsule_sym._orbits.continuation.points.kinds import HIGHER, PERIOD_DOUBLING, SYMMETRY_BREAKING
-from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
-from capsule_sym._orbits.shooting.admissibility import is_admissible, tightest
+from capsule_sym._orbits.continuation.problem import OUT_OF_TIME, Problem, Stop, computing
+from capsule_sym._orbits.continuation.records import labelled_point
+from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at
-from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, same, springless, whole_orbit
+from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, same, springless
 
 
 def continue_orbit(
@@ -52,7 +56,6 @@ def continue_orbit(
     *,
     points: int = 100,
     ties: Mapping[str, Function | str] | None = None,
-    settings: ContinuationSettings = DEFAULT,
     max_seconds: float = math.inf,
 ) -> Branch:
     """Branch through an orbit, from its value of a parameter to another one (dimensionless).
@@ -78,8 +81,6 @@ def continue_orbit(
         Other parameters that vary with the first one. Each name has a function of the first one's
         value, or a text such as "0.5*omega**2"; see `parameter_path`. Values are dimensionless, but
         a new name has the units that its ties give it.
-    settings : ContinuationSettings, default ContinuationSettings()
-        Step lengths and tolerances, dimensionless.
     max_seconds : float, default inf, above 0
         Time limit, in seconds of wall time.
 
@@ -121,8 +122,8 @@ def continue_orbit(
     AS1 adding-sliding 0.9409980034
     """
     axis = axis_from(orbit, parameter_path(parameter, ties, orbit.scene), to)
-    with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit):
-        continuation, u = _begin(Problem(numbers, (axis,), settings), orbit)
+    with computing(points, max_seconds, orbit.scene) as (numbers, limit):
+        continuation, u = _begin(Problem(numbers, (axis,)), orbit)
         with limit:
             # The branch itself records the time limit.
             found = BranchRun(continuation, points).go(u, np.eye(len(u))[-1])
@@ -136,7 +137,6 @@ def continue_both_ways(
     *,
     points: int = 100,
     ties: Mapping[str, Function | str] | None = None,
-    settings: ContinuationSettings = DEFAULT,
     max_seconds: float = math.inf,
 ) -> tuple[Branch, ...]:
     """Branch through an orbit in a range (low, high) around it: one if it is closed, else two.
@@ -161,8 +161,6 @@ def continue_both_ways(
         Other parameters that vary with the first one. Each name has a function of the first one's
         value, or a text such as "0.5*omega**2"; see `parameter_path`. Values are dimensionless, but
         a new name has the units that its ties give it.
-    settings : ContinuationSettings, default ContinuationSettings()
-        Step lengths and tolerances, dimensionless.
     max_seconds : float, default inf, above 0
         Time limit of both branches together, in seconds of wall time.
 
@@ -193,12 +191,12 @@ def continue_both_ways(
     ['AS1'] []
     """
     axis = _axis_within(orbit, parameter, ends, ties)
-    with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit):
+    with computing(points, max_seconds, orbit.scene) as (numbers, limit):
         found: list[Branch] = []
         for side in (1.0, -1.0):
-            continuation, u = _begin(Problem(numbers, (axis,), settings), orbit)
+            continuation, u = _begin(Problem(numbers, (axis,)), orbit)
             with limit:
-                found.append(_ClosingRun(continuation, points).go(u, side * np.eye(len(u))[-1]))
+                found.append(BranchRun(continuation, points).go(u, side * np.eye(len(u))[-1]))
             if found[-1].status is Status.RETURNED:
                 return (found[-1],)
         return tuple(found)
@@ -239,35 +237,8 @@ def _axis_within(
     return axis
 
 
-class _ClosingRun(BranchRun):
-    """A run that stops when it returns to its first orbit."""
-
-    def add(self, state: Spot) -> None:
-        super().add(state)
-        mark, before = self.first.u[-1], self.last
-        if before is None or not (before.u[-1] - mark) * (state.u[-1] - mark) < 0:
-            return
-        orbit = self._orbit_at_start(before, state)
-        if orbit is not None and same(orbit, self.points[0].orbit):
-            raise Stop(Status.RETURNED, self.problem.where(orbit))
-
-    def _orbit_at_start(self, before: Spot, after: Spot) -> Orbit | None:
-        """Orbit between two neighbours at the start value of the run; None if there is none."""
-        mark = self.first.u[-1]
-        for state, other in ((before, after), (after, before)):
-            step = state.tangent / state.tangent[-1]
-            if state.orbit.itinerary == other.orbit.itinerary:
-                step = (other.u - state.u) / (other.u[-1] - state.u[-1])
-            guess = state.u + (mark - state.u[-1]) * step
-            solution = Continuation(self.problem, state.orbit).corrected_at(guess, -1, mark)
-            if solution is None:
-                continue
-            orbit: Orbit = whole_orbit(solution.at.orbit)
-            if min(orbit.durations) > 0 and is_admissible(orbit):
-                return orbit
-        return None
-
-
+_DOUBLED_DISTANCES = (1e-3, 3e-3, 1e-2, 3e-4, 1e-4)
+"""Distances in the unknowns at which a doubled orbit is sought, in this order."""
 _DEEPEST = 16  # period doublings in a row: to 65,536 periods
 
 
@@ -279,7 +250,6 @@ def continue_from(
     parameter: str | None = None,
     points: int = 100,
     ties: Mapping[str, Function | str] | None = None,
-    settings: ContinuationSettings = DEFAULT,
     max_seconds: float = math.inf,
 ) -> tuple[Branch, ...]:
     """All branches that leave a labelled point of a branch, or of its file, towards a value.
@@ -313,8 +283,6 @@ def continue_from(
         value, or a text such as "0.5*omega**2"; see `parameter_path`. None, without `parameter`:
         those of the branch. Values are dimensionless, but a new name has the units that its ties
         give it.
-    settings : ContinuationSettings, default ContinuationSettings()
-        Step lengths and tolerances, dimensionless.
     max_seconds : float, default inf, above 0
         Time limit, in seconds of wall time.
 
@@ -335,7 +303,7 @@ def continue_from(
     See Also
     --------
     period_doubling_cascade : doubled orbits of a branch, to a depth.
-    labelled_point : point of a file.
+    read_branch : record of a file.
 
     Examples
     --------
@@ -355,16 +323,14 @@ def continue_from(
         own, point = source.axis.path, source.at(label)
         path = chosen_path(own.name, lambda: own, parameter, ties, own.scene)
     else:
-        from capsule_sym._orbits.continuation.branches.saved import labelled_point
-
         path, point = labelled_point(source, label, parameter, ties)
     axis = axis_from(point.orbit, path, to)
     scene = point.orbit.scene
-    with computing(points, settings, max_seconds, scene) as (numbers, limit), limit:
+    with computing(points, max_seconds, scene) as (numbers, limit), limit:
         varies = {path.name, *dict(path.ties)}
         if any(name in varies for _, name in scene.facts.STOPS) and springless(point.orbit):
             point = _with_contact(point, label)
-        starts = list(_leaving(Problem(numbers, (axis,), settings), point))
+        starts = list(_leaving(Problem(numbers, (axis,)), point))
         ahead = [start for start in starts if start.state.u[-1] > 0]
         names = [label] if len(ahead) == 1 else [f"{label}.{i + 1}" for i in range(len(ahead))]
         both = zip(ahead, names, strict=True)
@@ -401,7 +367,6 @@ def period_doubling_cascade(
     depth: int,
     *,
     points: int = 100,
-    settings: ContinuationSettings = DEFAULT,
     max_seconds: float = math.inf,
 ) -> tuple[Branch, ...]:
     """Branches of doubled orbits that leave a branch, and those that leave them, to a depth.
@@ -419,8 +384,6 @@ def period_doubling_cascade(
         Number of period doublings in a row; 0 gives no branch.
     points : int, default 100, 1 to 5,000
         Least number of steps over the range.
-    settings : ContinuationSettings, default ContinuationSettings()
-        Step lengths and tolerances, dimensionless.
     max_seconds : float, default inf, above 0
         Time limit, in seconds of wall time.
 
@@ -454,8 +417,8 @@ def period_doubling_cascade(
     check_count("depth", depth, 0, _DEEPEST)
     found: list[Branch] = []
     scene = branch.axis.path.scene
-    with computing(points, settings, max_seconds, scene) as (numbers, limit), limit:
-        level, problem = [branch], Problem(numbers, (branch.axis,), settings)
+    with computing(points, max_seconds, scene) as (numbers, limit), limit:
+        level, problem = [branch], Problem(numbers, (branch.axis,))
         for _ in range(depth):
             before = len(found)
             for one in level:
@@ -538,10 +501,18 @@ def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Resta
 def _doubled(problem: Problem, orbit: Orbit, side: int = 1) -> Restart | None:
     """State on the branch of doubled orbits, beside the orbit at its period doubling.
 
-    For half an orbit at a symmetry breaking: the state on the branch of one `side`.
+    For half an orbit at a symmetry breaking: the state on the branch of one `side`. Two curves of
+    solutions of the doubled equations cross there; on one the halves move apart while the parameter
+    is constant to first order.
     """
-    for distance, start in doubled_starts(problem, orbit, side=side):
-        apart = halves_apart(start.state.orbit, distance / 2, orbit.itinerary.mirrored)
-        if apart and not failure_of(start.state):
-            return start
+    whole, mirrored = doubled(orbit), orbit.itinerary.mirrored
+    one = Continuation(problem, whole)
+    along = np.append(np.linalg.svd(whole.system.by_z)[2][-1], 0.0) * side
+    for distance in _DOUBLED_DISTANCES:
+        solution = one.corrected(one.unknowns(whole) + distance * along, along)
+        if solution is None:
+            continue
+        state = one.state(solution.u, along, solution)
+        if halves_apart(state.orbit, distance / 2, mirrored) and not failure_of(state):
+            return Restart(one, state)
     return None

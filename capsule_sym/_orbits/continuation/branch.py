@@ -15,24 +15,22 @@ from capsule_sym._arguments import checked
 from capsule_sym._errors import Ended, InvalidInput, Status, check_one_of, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import brief
-from capsule_sym._orbits.continuation.families.crossing import Continuation, keeps_images
-from capsule_sym._orbits.continuation.families.family import (
-    Event,
-    Family,
-    SmoothEvent,
-    Spot,
-    Stop,
-)
-from capsule_sym._orbits.continuation.families.rejoining import Rejoining
-from capsule_sym._orbits.continuation.families.stepping import PathRun, Step
-from capsule_sym._orbits.continuation.parameter_paths import PathAxis
-from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.continuation.points.bifurcation import (
+from capsule_sym._orbits.continuation import kinds
+from capsule_sym._orbits.continuation.bifurcations import (
     Bifurcation,
     solution_fields,
     sorted_multipliers,
 )
-from capsule_sym._orbits.continuation.points.extended import EventSolution, orbit_at
+from capsule_sym._orbits.continuation.conditions import EventSolution, orbit_at
+from capsule_sym._orbits.continuation.crossing import (
+    NEIGHBOUR_STEP,
+    Continuation,
+    Rejoining,
+    keeps_images,
+)
+from capsule_sym._orbits.continuation.parameter_paths import PathAxis
+from capsule_sym._orbits.continuation.path import PathRun, Step
+from capsule_sym._orbits.continuation.problem import Event, Family, SmoothEvent, Spot, Stop
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
@@ -45,6 +43,8 @@ from capsule_sym._orbits.shooting.symmetry import (
     same_start,
     whole_orbit,
 )
+
+_MOST_POINTS = 20_000  # of a branch
 
 _Point = TypeVar("_Point")
 
@@ -138,7 +138,7 @@ class BranchRun(PathRun):
     """Computation of one branch."""
 
     def __init__(self, continuation: Continuation, points: int, origin: str = "") -> None:
-        super().__init__(continuation, points, continuation.settings.most_points)
+        super().__init__(continuation, points, _MOST_POINTS)
         self.origin, (self.axis,) = origin, continuation.axes
         self.points: list[BranchPoint] = []
         self.bifurcations: list[Bifurcation] = []
@@ -174,7 +174,7 @@ class BranchRun(PathRun):
 
     def reach_border(self, state: Spot) -> None:
         ending = Status.REACHED
-        if state.u[-1] < 0.5 and self.first.u[-1] < self.problem.settings.neighbour_step:
+        if state.u[-1] < 0.5 and self.first.u[-1] < NEIGHBOUR_STEP:
             # The branch returns to the start: beyond a fold, or with the halves of a doubled orbit
             # exchanged.
             end, first = whole_orbit(state.orbit), self.points[0].orbit

@@ -11,8 +11,11 @@ import numpy as np
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._native import TimeUp
 from capsule_sym._native.watch import TOLD
-from capsule_sym._orbits.continuation.families.crossing import Continuation
-from capsule_sym._orbits.continuation.families.family import (
+from capsule_sym._orbits.continuation.conditions import EXACT, EventSolution
+from capsule_sym._orbits.continuation.crossing import Continuation
+from capsule_sym._orbits.continuation.kinds import FOLD
+from capsule_sym._orbits.continuation.locating import first_event, hides, smooth_between
+from capsule_sym._orbits.continuation.problem import (
     OUT_OF_TIME,
     Corrected,
     Event,
@@ -20,13 +23,26 @@ from capsule_sym._orbits.continuation.families.family import (
     Spot,
     Stop,
 )
-from capsule_sym._orbits.continuation.families.locating import first_event, hides, smooth_between
-from capsule_sym._orbits.continuation.points.extended import EXACT, EventSolution
-from capsule_sym._orbits.continuation.points.kinds import FOLD
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.symmetry import same, whole_orbit
+
+# Lengths are measured in the unknowns u.
+_FIRST_STEP = 1e-2  # length of the first step, and of the first after an event
+LEAST_STEP = 1e-8  # least length of a step
+_LARGEST_STEP = 0.2  # largest length of a step
+_LARGEST_SHARE = 0.02
+"""Growth of the largest length with the largest entry of u beyond `_SLOW_SIZE`."""
+_SLOW_SIZE = 50.0  # entry of u, such as a duration, above which steps grow
+_LEAST_COSINE = 0.95  # of the angle between tangents before and after a step
+_LEAST_SEARCHED_STEP = 1e-5  # length above which a step is searched for pairs of bifurcations
+_CLEAR_SHARE = 0.1
+"""Share of the values at the ends of a step above which a cubic counts as nonzero."""
+_SMALL_TEST = 0.3  # value of a test function below which it may vanish twice in a step
+_LEAST_RETURN = 0.25  # least share of a step that turns back to the border of the range
 
 _SLOWEST = 1e-9  # change of q along the path that counts as none
+_CLOSED_DISTANCE = 1e-6  # of a closed path from its first point, as shares of the ranges
 _UNIT = 2.0**-53
 _ROUNDINGS = 8
 
@@ -54,12 +70,11 @@ class PathRun(ABC):
 
     def __init__(self, continuation: Continuation, points: int, most: int) -> None:
         self.continuation, self.problem = continuation, continuation.problem
-        self.settings = self.problem.settings
         self.largest, self.most = 1 / points, most
 
     def follow(self, begin: Callable[[], Spot]) -> tuple[Status, str]:
         """Continue the path from a state to its end; returns the reason for the end."""
-        length = self.settings.first_step
+        length = _FIRST_STEP
         try:
             self.first = begin()
             self.add(self.first)
@@ -85,7 +100,7 @@ class PathRun(ABC):
             if beyond is None:
                 raise stop
             self.add(beyond)
-            return beyond, self.settings.first_step
+            return beyond, _FIRST_STEP
         for one in step.smooth:
             self.record_smooth(one)
         self.check(state, step)
@@ -104,10 +119,10 @@ class PathRun(ABC):
         Raises Stop if even the shortest step is too long.
         """
         fastest = np.max(abs(state.tangent[-len(self.problem.axes) :]))
-        slow = max(0.0, np.max(abs(state.u)) - self.settings.slow_size)
-        longest = self.settings.largest_step + self.settings.largest_share * slow
+        slow = max(0.0, np.max(abs(state.u)) - _SLOW_SIZE)
+        longest = _LARGEST_STEP + _LARGEST_SHARE * slow
         length = min(length, longest, self.largest / max(fastest, _SLOWEST))
-        while length >= self.settings.least_step:
+        while length >= LEAST_STEP:
             step = self._tried(state, length)
             if step is not None:
                 before, after = (abs(one.tangent[-1]) for one in (state, step.state))
@@ -133,9 +148,9 @@ class PathRun(ABC):
         if solution is None:
             return None
         new = family.state(solution.u, state.tangent, solution)
-        if new.tangent @ state.tangent < self.settings.least_cosine:
+        if new.tangent @ state.tangent < _LEAST_COSINE:
             return None
-        if length > self.settings.least_searched_step and self._may_skip_two(state, new):
+        if length > _LEAST_SEARCHED_STEP and self._may_skip_two(state, new):
             return None
         failing = [one for one in new.held if one.value <= 0]
         event = first_event(family, state, new, failing)
@@ -145,7 +160,7 @@ class PathRun(ABC):
             return None
         smooth = smooth_between(family, state, new, event.share if event else 1.0)
         further = 2 * length if solution.steps <= 3 else length
-        further = self.settings.first_step if event else further
+        further = _FIRST_STEP if event else further
         return Step(new, smooth, event, outside is not None, further)
 
     def _may_skip_two(self, old: Spot, new: Spot) -> bool:
@@ -154,7 +169,7 @@ class PathRun(ABC):
         The test uses the cubics through both ends: that of the parameter, which turns back at
         folds, and those of small test functions.
         """
-        change, share = new.u - old.u, self.settings.clear_share
+        change, share = new.u - old.u, _CLEAR_SHARE
         one_parameter = len(self.problem.axes) == 1
         length = float(np.linalg.norm(change))
         if one_parameter:
@@ -171,7 +186,7 @@ class PathRun(ABC):
             ):
                 continue
             ends = np.array([old.tests[name], new.tests[name]])
-            if ends[0] * ends[1] > 0 and min(abs(ends)) < self.settings.small_test:
+            if ends[0] * ends[1] > 0 and min(abs(ends)) < _SMALL_TEST:
                 sides = [self._slope(name, state) * length for state in (old, new)]
                 slopes, ends = np.sign(ends[0]) * np.array(sides), abs(ends)
                 if slopes[0] < 0 < slopes[1] and least_between(ends, slopes) < share * min(ends):
@@ -196,7 +211,7 @@ class PathRun(ABC):
         if found is None or (edge - 0.5) * state.tangent[k] > 0:
             return found
         ahead = (found.u - state.u) @ state.tangent
-        return found if ahead > self.settings.least_return * np.linalg.norm(step) else None
+        return found if ahead > _LEAST_RETURN * np.linalg.norm(step) else None
 
     def cross(self, old: Spot, new: Spot, event: Event) -> Spot:
         """Record an event and return the state beyond it. Raises Stop if there is none."""
@@ -268,7 +283,19 @@ class PathRun(ABC):
 
     def closes(self, old: Spot, new: Spot) -> bool:
         """True if the path passes its first point between two states."""
-        return False
+        # The first orbit may begin at another switch: parameters are compared, then orbits.
+        varied = range(-len(self.problem.axes), 0)
+        k = max(varied, key=lambda j: abs(new.u[j] - old.u[j]))
+        mark = self.first.u[k]
+        share = (mark - old.u[k]) / (new.u[k] - old.u[k])
+        if not 0 < share <= 1 or old.orbit.itinerary != new.orbit.itinerary:
+            return False
+        there = self.continuation.corrected_at(old.u + share * (new.u - old.u), k, mark)
+        if there is None:
+            return False
+        apart = max(abs(there.u[j] - self.first.u[j]) for j in varied)
+        first = whole_orbit(self.first.orbit)
+        return bool(apart < _CLOSED_DISTANCE and same(whole_orbit(there.at.orbit), first))
 
     def reach_border(self, state: Spot) -> None:
         """Raises Stop at the border of the range."""

@@ -12,19 +12,11 @@ from numpy.typing import NDArray
 
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.continuation import kinds
+from capsule_sym._orbits.continuation.kinds import DURATIONS, cubic, degeneracy, quadratic
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath, PathAxis
-from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.continuation.points.kinds import DURATIONS
-from capsule_sym._orbits.continuation.points.normal_forms import cubic, degeneracy, quadratic
 from capsule_sym._orbits.shooting.admissibility import KINKS
-from capsule_sym._orbits.shooting.equations import (
-    ROUNDINGS,
-    Matrix,
-    ShootingSystem,
-    Vector,
-    shooting,
-    solve,
-)
+from capsule_sym._orbits.shooting.equations import ROUNDINGS, Matrix, Vector, shooting, solve
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
@@ -142,10 +134,9 @@ def orbit_at(
     values: Sequence[Number],
     itinerary: Itinerary,
     z: Vector,
-    kept: ShootingSystem | None = None,
 ) -> Orbit:
     """Orbit with these unknowns, which need not be a solution, in the numbers of a backend."""
-    system = shooting(numbers, values, itinerary, z, kept)
+    system = shooting(numbers, values, itinerary, z)
     return Orbit(tuple(values), itinerary, z, system, numbers.name)
 
 
@@ -191,7 +182,7 @@ class OrbitEquations:
         """Unknowns of an orbit."""
         return np.array([*orbit.z[self.rest], *(one.share(orbit.values) for one in self.free)])
 
-    def orbit(self, u: Vector, kept: ShootingSystem | None = None) -> Orbit:
+    def orbit(self, u: Vector) -> Orbit:
         """Orbit with these unknowns, which need not be a solution."""
         many, values = len(u) - len(self.free), list(self.values)
         z = u[:many]
@@ -200,11 +191,11 @@ class OrbitEquations:
             z[self.rest] = u[:many]
         for one, share in zip(self.free, u[many:], strict=True):
             values = one.placed(values, share)
-        return orbit_at(self.numbers, values, self.itinerary, z, kept=kept)
+        return orbit_at(self.numbers, values, self.itinerary, z)
 
-    def evaluate(self, u: Vector, kept: ShootingSystem | None = None) -> Evaluation:
+    def evaluate(self, u: Vector) -> Evaluation:
         """Equations at u; a condition without an exact gradient has gradient 0."""
-        orbit = self.orbit(u, kept)
+        orbit = self.orbit(u)
         system = orbit.system
         by_free = [one.by(system.by_p, orbit.values) for one in self.free]
         by = np.column_stack([system.by_z[:, self.rest], *by_free])
@@ -247,18 +238,13 @@ class ExtendedSystem(OrbitEquations):
     Conditions need double precision; there may be one too many if it follows from the others.
     """
 
-    _kept: ShootingSystem | None = None
     # Rows of conditions without an exact gradient: first differences, then Broyden's updates. Their
     # errors cost only further Newton steps.
     _rows: Matrix | None = None
     _last = _step = np.zeros(0)
 
     def solve(self, z: Vector) -> EventSolution | None:
-        """Solution by Newton's method from z and `values`; None if there is none.
-
-        In 50 digits the derivatives are computed at the guess only: each step then reduces the
-        error by a factor of the size of the guess's error.
-        """
+        """Solution by Newton's method from z and `values`; None if there is none."""
         numbers, known = self.numbers, np.array(list(z))[self.rest]
         many = len(known)
         unknowns = np.array([*known, *(one.share(self.values) for one in self.free)])
@@ -282,16 +268,11 @@ class ExtendedSystem(OrbitEquations):
                 least = small if iterations < _MOST_STEPS else root
                 if max(abs(step)) <= least * (1 + max(abs(unknowns[:many]))):
                     self._rows = None
-                    solution = self._solution(self._evaluate(unknowns), unknowns, iterations)
-                    # With kept derivatives the error falls linearly, not quadratically.
-                    if solution is not None or numbers.name != "mpmath":
-                        return solution
+                    return self._solution(self._evaluate(unknowns), unknowns, iterations)
         return None
 
     def _evaluate(self, unknowns: Vector) -> Evaluation:
-        found = self.evaluate(unknowns, self._kept)
-        if self._kept is None and self.numbers.name == "mpmath":
-            self._kept = found.orbit.system
+        found = self.evaluate(unknowns)
         inexact = [k for k, one in enumerate(self.conditions) if one.name not in EXACT]
         if inexact:
             which = [len(found.residual) - len(self.conditions) + k for k in inexact]
@@ -338,8 +319,6 @@ class ExtendedSystem(OrbitEquations):
             unit[-free:] = unit[-free:] + np.eye(free, dtype=int)
             rows = solve(numbers, matrix.T, unit).T
         uncertainties = tuple((abs(rows) @ (rounding + abs(residual))).tolist())
-        if self._kept is not None:  # the final orbit needs its own derivatives
-            orbit = orbit_at(numbers, orbit.values, orbit.itinerary, orbit.z)
         orbit = replace(orbit, iterations=iterations)
         return EventSolution(orbit, self.segments, max(abs(residual)), uncertainties)
 

@@ -1,1 +1,0 @@
-"""Branches of orbits in one parameter, and those that leave them."""

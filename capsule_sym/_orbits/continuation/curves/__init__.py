@@ -1,1 +1,0 @@
-"""Curves of bifurcations in two parameters, and those that leave their points."""

@@ -1,1 +1,0 @@
-"""Bifurcation points: their types, conditions, equations, records and normal forms."""
