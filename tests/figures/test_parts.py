@@ -46,7 +46,8 @@ def front_of(
     ]
     parts = FrontPart(0, second - 1), FrontPart(second, len(costs) - 1)
     status, slopes = Status.OPTIMAL, np.full(len(costs), np.nan)
-    return Front(("speed", "work"), True, tuple(points), np.array(costs), slopes, parts, status, "")
+    both = np.array(values), np.array(costs)
+    return Front(("speed", "work"), True, tuple(points), *both, slopes, parts, status, "")
 
 
 Arguments = Callable[[], tuple[Any, ...]]
