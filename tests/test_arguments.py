@@ -141,7 +141,6 @@ _CALLS = {
     "PhysicalParameters": "1.0, 3.0, 1.0, 1.0, 0.05, 0.1, 1.0, 1.0, 0.1",
     "Sweep": "(axis,)",
     "branch.at": "'BI1'",
-    "destinations.arrivals": "[0.0, 0.0, 0.0]",
     "device.displacement": "1.0",
     "device.replace": "",
     "device.scale": "'x_r'",

@@ -178,6 +178,7 @@ class Orbit(Ended, Labelled):
         """Segments of one period as columns, like those of a trajectory."""
         return self.trajectory().columns
 
+    @checked
     def refined(self) -> Orbit:
         """The same orbit in 50 digits, as by `solve_itinerary`."""
         return solve_itinerary(self.values, self.itinerary, list(self.z), backend="mpmath")
