@@ -171,8 +171,10 @@ def _draw_areas(axes: Axes, results: xr.Dataset, names: Any, areas: Sequence[_Ar
         deepest = np.argwhere(depth == depth.max())
         i, j = deepest[len(deepest) // 2]
         if area.number and depth.max() >= _ROOM * min(depth.shape):
+            # On a patch of its area, above lines of levels.
+            patch = {"facecolor": area.colour, "edgecolor": "none", "pad": 1}
             looks: dict[str, Any] = {"ha": "center", "va": "center", "color": readable(area.colour)}
-            axes.text(x[i], y[j], area.number, **looks)
+            axes.text(x[i], y[j], area.number, bbox=patch, **looks)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
 
