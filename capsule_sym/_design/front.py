@@ -87,6 +87,6 @@ class Front(Result, Labelled):
 
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""
-        pairs = zip(self.points, self.costs.tolist(), strict=True)
-        points = [point.to_dict() | {"cost": cost} for point, cost in pairs]
+        both = zip(self.points, self.values.tolist(), self.costs.tolist(), strict=True)
+        points = [point.to_dict() | {"value": value, "cost": cost} for point, value, cost in both]
         return super().to_dict() | {"points": points}

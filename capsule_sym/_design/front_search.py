@@ -29,7 +29,7 @@ from capsule_sym._processes import sobol
 SAME = 1e-3
 """Least difference of two points in both metrics, a share of the ranges of the front."""
 _STARTS = 6  # searches for each end, half of those of an optimum: the survey may better it
-_PIECES = 1  # on which a point is searched: with more a front with riddled basins takes a minute
+_PIECES = 2  # on which a point is searched: with more a front with riddled basins takes a minute
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
 
 
@@ -98,6 +98,8 @@ class FrontSearch:
                 self.add(last)
                 if last in self.points and lower in self.points[1:]:
                     self.points.remove(lower)  # the end of its branch is in its place
+                elif last in self.points and len(self.points) > self.count:
+                    self.points.remove(last)
         self.breaks = np.flatnonzero(self.gaps).tolist()
 
     def fill(self) -> None:

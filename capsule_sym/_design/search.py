@@ -178,10 +178,19 @@ class Optimisation:
 
     def unfinished(self) -> Optimum:
         """Result at the time limit: the best place that was found."""
-        if self.best is None:
-            return self.empty(Status.TIME_LIMIT, "time limit reached, and no place was found")
+        program, cells = self.program, self.survey.cells
         message = "time limit reached: this is the best place so far"
-        return replace(self.rough(self.best), status=Status.TIME_LIMIT, message=message)
+        if self.best is not None:
+            return replace(self.rough(self.best), status=Status.TIME_LIMIT, message=message)
+        merit = cells.merit(program)
+        if not np.isfinite(merit).any():
+            return self.empty(Status.TIME_LIMIT, "time limit reached, and no place was found")
+        i = int(merit.argmin())
+        system = program.system_at(cells.u[i])
+        over = {name: float(getattr(system, name)) for name in program.names}
+        value = program.sign * float(cells.objective[i])
+        found = self.empty(Status.TIME_LIMIT, message)
+        return replace(found, system=system, over=over, value=value)
 
     def empty(self, status: Status, message: str) -> Optimum:
         """Result without a place."""

@@ -237,7 +237,8 @@ def test_an_optimisation_that_is_out_of_time_has_the_best_that_was_found(monkeyp
         assert (found.over, found.message) == ({}, message)
         return
     assert 0.1 < found.value < 0.3
-    assert found.value == pytest.approx(abs(cs.performance(found.orbit).velocity.value), rel=1e-9)
+    orbit = cs.solve_orbit(found.system)  # from rest, as the survey's runs
+    assert found.value == pytest.approx(abs(cs.performance(orbit).velocity.value), rel=1e-9)
 
 
 def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> None:
@@ -254,7 +255,9 @@ def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> 
     found = cs.optimise("speed", {"alpha": (0.5, 1.5)}, samples=100, max_seconds=LIMIT)
     assert looked == [4]
     unknown = "96 of 100 places are unknown: allow more time, or smaller bounds"
-    assert found.message == f"time limit reached, and no place was found; {unknown}"
+    assert found.message == f"time limit reached: this is the best place so far; {unknown}"
+    orbit = cs.solve_orbit(found.system)
+    assert found.value == pytest.approx(abs(cs.performance(orbit).velocity.value), rel=1e-6)
 
 
 @pytest.mark.parametrize("bounds", [{1: "f_b", -1: "gamma"}, {1: "f_b"}, {}])
@@ -276,7 +279,7 @@ def test_metrics_know_no_friction_bound_but_those_of_the_model(monkeypatch, boun
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("at", "least", "most"),
-    [("survey", 0, 8), ("between 3 points", 2, 8), ("point 6 of ", 9, 9)],  # 5 of these polished
+    [("survey", 0, 8), ("between 3 points", 2, 8), ("between 6 points", 5, 8)],
 )
 def test_a_front_that_is_out_of_time_has_the_points_that_were_found(
     monkeypatch, at, least, most
@@ -287,8 +290,8 @@ def test_a_front_that_is_out_of_time_has_the_points_that_were_found(
     found = cs.pareto("speed", "cost_of_transport", over, points=9, **how)
     assert (found.status, found.success) == ("time-limit", False)
     assert least <= len(found.points) <= most
-    for point in found.points:
-        assert point.value == pytest.approx(abs(cs.performance(point.orbit).velocity.value))
+    for value, point in zip(found.values, found.points, strict=True):
+        assert value == pytest.approx(abs(cs.performance(point.orbit).velocity.value))
 
 
 @pytest.mark.long
