@@ -19,7 +19,7 @@ def test_optimise_prints_the_optimum_of_a_device_in_its_units(call) -> None:
         *("--over", "P_d=3:5", "--over", "Omega=7:9", "--samples", "4"),
     )
     assert (status, err) == (0, [])
-    lines = {line.split("  ")[0].strip(): line for line in out.splitlines()}
+    lines = {line.strip().split("  ")[0]: line for line in out.splitlines()}
     device = cs.PhysicalParameters(0.5, 1.65, 50, 75, 0.5, 0.0017, 3.0, 8.0, 0.2)
     found = cs.optimise("speed_per_work", {"P_d": (3, 5), "Omega": (7, 9)}, device, samples=4)
     assert lines["value"].split()[1:] == [f"{found.value:.9g}"]
