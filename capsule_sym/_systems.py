@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from itertools import product
-
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import real as real
 from capsule_sym._parameters import SceneDevice, SceneParameters, names_of
@@ -42,15 +39,3 @@ def drives(system: System) -> dict[str, float]:
     units |= {"omega": system.natural_frequency, "D": 1.0}
     tied = {parameter: name for name, (parameter, _) in facts.DRIVEN.items()}
     return {tied[name]: units[name] for name in names if name in tied}
-
-
-def factors_of(tolerances: Mapping[str, float] | None, system: System) -> list[dict[str, float]]:
-    """Factors of parameters by name: none, and all ends of the tolerances; raises InvalidInput."""
-    tolerances = tolerances or {}
-    for name, by in tolerances.items():
-        check_parameter("tolerances", name, system)
-        if not (real(by) and 0 < by < 1):
-            raise InvalidInput(f"tolerance of {name}", by, "a share between 0 and 1")
-    ends = product(*((1 - by, 1 + by) for by in tolerances.values()))
-    factors = [dict(zip(tolerances, one, strict=True)) for one in ends]
-    return [{}, *factors] if tolerances else factors

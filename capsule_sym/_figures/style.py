@@ -68,9 +68,6 @@ NO_RESULT = "no result"
 NOT_SETTLED = "#8C8C8C"
 """Colour of what has not settled within the periods of a sweep."""
 
-SEAMLESS: dict[str, Any] = {"linewidth": 0, "antialiased": False, "rasterized": True}
-"""Options of areas side by side: as pixels without antialiasing no seam shows between them."""
-
 # Colour and dashes of a curve of bifurcations, by its type: apart in grey too.
 CURVES = {
     "grazing": ("black", (0, (1, 1.2))),
