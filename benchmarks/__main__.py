@@ -25,6 +25,7 @@ for _name, _module, _text in (
     ("optima", _EXPERIMENTS, "Compare optima with brute force."),
     ("fronts", _EXPERIMENTS, "Compare Pareto fronts with random cells."),
     ("trials", _EXPERIMENTS, "Compare optima with SciPy's global optimisers."),
+    ("design", _EXPERIMENTS, "Measure design beside brute force, and its goals."),
     ("pulses", _EXPERIMENTS, "Compare shortest pulses with brute force."),
     ("shocks", _EXPERIMENTS, "Compare minimal shocks with random knocks."),
     ("intervals", _EXPERIMENTS, "Count intervals of fits that contain the truth."),

@@ -97,6 +97,29 @@ def shocks(
 
 
 @command()
+def design(
+    *,
+    first: Annotated[int, between(0, help="Number of the first random problem.")] = 800,
+    problems: Annotated[int, between(1, help="Random problems.")] = 10,
+    cells: Annotated[int, between(1, help="Cells of brute force.")] = 20_000,
+    fronts: Annotated[int, between(1, help="Number of fronts.")] = 3,
+    motions: Annotated[int, between(1, 12, help="Motions with shocks.")] = 2,
+    knocks: Annotated[int, between(1, help="Random knocks of each motion.")] = 100_000,
+    pairs: Annotated[int, between(1, 10, help="Pairs of motions with a pulse.")] = 3,
+    out: _Kept = Path("results/design"),
+) -> None:
+    """Measure design and attractors beside brute force, and what has to be reached."""
+    from benchmarks.experiments.design import PARTS, Sizes
+    from benchmarks.speed.commands import GOALS, show
+
+    out.mkdir(parents=True, exist_ok=True)
+    sizes = Sizes(first, problems, cells, fronts, motions, knocks, pairs)
+    found = [goal for part in PARTS for goal in part(sizes, out)]
+    show("", GOALS, found)
+    _end(not all(goal.met for goal in found))
+
+
+@command()
 def intervals(
     *, sets: Annotated[int, between(4, help="Synthetic sets of each kind.")] = 200
 ) -> None:

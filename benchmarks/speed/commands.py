@@ -75,7 +75,7 @@ def bench(
     show("Time of others by ours:", _RATIOS, study.ratios)
     show("Growth of ours:", _GROWTH, study.growth)
     show("Brackets with one switch, solved in Python over the closed form:", _ROOTS, study.roots)
-    show("What has to be reached:", _GOALS, study.goals)
+    show("What has to be reached:", GOALS, study.goals)
 
 
 @command()
@@ -158,7 +158,7 @@ def installation(
     found = list(bars.track(goals(paper), "Installing", 3 + paper))
     _keep("installation", [goal._asdict() | {"met": goal.met} for goal in found], out, as_json)
     if not as_json:
-        show("", _GOALS, found)
+        show("", GOALS, found)
 
 
 @command()
@@ -184,7 +184,7 @@ def bench_design(
     found = list(goals(quick, repeats))
     _keep("design", [goal._asdict() | {"met": goal.met} for goal in found], out, as_json)
     if not as_json:
-        show("", _GOALS, found)
+        show("", GOALS, found)
 
 
 def _keep(
@@ -246,7 +246,7 @@ _ROOTS = {
     "evaluations": "{0.evaluations:.3g}",
     "max error": "{0.max_error:.1e}",
 }
-_GOALS = {
+GOALS = {
     "what": "{0.what}",
     "": "{0.unit}",
     "reached": "{0.value:.3g}",
