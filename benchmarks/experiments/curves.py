@@ -12,7 +12,7 @@ import math
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -121,6 +121,7 @@ def durations(run: Run) -> Any:
     return np.array([found[0] + found[-1], *found[1:-1]])
 
 
+@dataclass
 class Tally:
     """Counts by the check and the type of the bifurcation."""
 
