@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from flint import arb_mat
 from numpy.typing import NDArray
 
 from capsule_sym._enclosures.numbers.balls import (
@@ -146,7 +147,7 @@ def enclose(shooting: Shooting, guess: Sequence[Ball], given: Mapping[int, float
     for _ in range(_TRIALS):
         whole = _hull(centre, slopes, _spread(shooting.columns, solved, radii))
         wide = shooting.evaluate(whole, shooting.fields(whole))
-        by = Y * _columns(wide.by, solved)
+        by = Y * arb_mat([[row[at] for at in solved] for row in wide.by.tolist()])
         along = Y * (wide.by * slopes)
         shrink = np.array(
             [[upper((1 if i == j else 0) - by[i, j]) for j in range(size)] for i in range(size)]
@@ -185,11 +186,3 @@ def _spread(columns: int, solved: Sequence[int], radii: np.ndarray) -> tuple[flo
     for at, radius in zip(solved, radii.tolist(), strict=True):
         found[at] = radius
     return tuple(found)
-
-
-def _columns(found: Matrix, chosen: Sequence[int]) -> Matrix:
-    return matrix(
-        found.nrows(),
-        len(chosen),
-        ((i, k, found[i, at]) for i in range(found.nrows()) for k, at in enumerate(chosen)),
-    )

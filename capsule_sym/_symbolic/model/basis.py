@@ -269,14 +269,6 @@ def sensitivities() -> dict[sp.Symbol, sp.Expr]:
     }
 
 
-def _doubled_names() -> tuple[Family, Family]:
-    names = (G, Gd, H, B, Bd, Bdd, cosine, sine, G2, G2d, H2, B2, B2d, BW, BWd, sine2)
-    return (
-        {name: sp.Symbol(f"{name}_1", real=True) for name in names},
-        {name: sp.Symbol(f"{name}_2", real=True) for name in names},
-    )
-
-
 def double() -> dict[sp.Symbol, sp.Expr]:
     """Response functions of 2 h in those of h, by the addition theorem."""
     same = {name: name for name in (G, Gd, H, B, Bd, Bdd, cosine, sine)}
@@ -288,27 +280,9 @@ def double_sensitivities() -> dict[sp.Symbol, sp.Expr]:
 
     The addition theorem is differentiated with respect to K and omega, both durations at once.
     """
-    first, second = _doubled_names()
-    total = add(first, second)
-    back = {symbol: name for names in (first, second) for name, symbol in names.items()}
-
-    def differentiated(name: sp.Symbol, variable: sp.Symbol) -> sp.Expr:
-        expression = total[name]
-        result = sp.diff(expression, variable)
-        for names in (first, second):
-            for base, symbol in names.items():
-                if symbol in expression.free_symbols:
-                    rule = RULES[variable].get(base, sp.S.Zero)
-                    result += sp.diff(expression, symbol) * rule.xreplace(names)
-        return sp.expand(result.xreplace(back))
-
-    return {
-        G2: -differentiated(G, K),
-        G2d: -differentiated(Gd, K),
-        H2: -differentiated(H, K),
-        B2: -differentiated(B, K),
-        B2d: -differentiated(Bd, K),
-        BW: sp.expand(-differentiated(B, omega) / (2 * omega)),
-        BWd: sp.expand(-differentiated(Bd, omega) / (2 * omega)),
-        sine2: sp.expand(-differentiated(sine, omega) / (2 * omega)),
-    }
+    whole = double()
+    by_K = {G2: G, G2d: Gd, H2: H, B2: B, B2d: Bd}
+    by_omega = {BW: B, BWd: Bd, sine2: sine}
+    found = {of: -derivative(whole[name], K) for of, name in by_K.items()}
+    found |= {of: -derivative(whole[name], omega) / (2 * omega) for of, name in by_omega.items()}
+    return {name: sp.expand(form) for name, form in found.items()}

@@ -29,6 +29,7 @@ from capsule_sym._symbolic.model.elimination import (
     depth,
     eliminations,
     inverse_gamma,
+    slope_of,
     without,
 )
 from capsule_sym._symbolic.model.symbols import (
@@ -210,7 +211,7 @@ def _choose(symbol: sp.Symbol, constraints: Iterable[Comparison]) -> Fraction:
     lows: list[tuple[Fraction, bool]] = []
     highs: list[tuple[Fraction, bool]] = []
     for constraint in constraints:
-        slope = Fraction(str(constraint.slope(symbol).as_expr()))
+        slope = Fraction(str(slope_of(constraint, symbol).as_expr()))
         offset = Fraction(str(constraint.at({symbol: 0}).polynomial.as_expr()))
         bound = -offset / slope
         if constraint.kind == "==":
