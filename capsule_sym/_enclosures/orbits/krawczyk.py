@@ -30,6 +30,7 @@ from capsule_sym._enclosures.numbers.balls import (
     spread,
     symmetric,
     thin,
+    unit,
     upper,
 )
 from capsule_sym._enclosures.orbits.shooting import BoxValues, Shooting
@@ -143,21 +144,14 @@ def enclose(shooting: Shooting, guess: Sequence[Ball], given: Mapping[int, float
     reached = np.sum(np.abs(first), axis=1, initial=0.0)
     floor = 2.0 ** -min(bits(), 900)  # of the radii: below it there are roundings only
     radii = 2 * least + 1e-3 * reached + 1e-4 * np.max(reached) + floor
-    signs = symmetric(1)
+    signs = matrix(count, 1, ((k, 0, symmetric(1)) for k in range(count)))
     for _ in range(_TRIALS):
         whole = _hull(centre, slopes, _spread(shooting.columns, solved, radii))
         wide = shooting.evaluate(whole, shooting.fields(whole))
         by = Y * arb_mat([[row[at] for at in solved] for row in wide.by.tolist()])
         along = Y * (wide.by * slopes)
-        shrink = np.array(
-            [[upper((1 if i == j else 0) - by[i, j]) for j in range(size)] for i in range(size)]
-        )
-        moved = np.array(
-            [
-                upper(ahead[i, 0] + sum((along[i, k] * signs for k in range(count)), arb(0)))
-                for i in range(size)
-            ]
-        )
+        shrink = np.array([[upper(x) for x in row] for row in (unit(size) - by).tolist()])
+        moved = np.array([upper(x) for (x,) in (ahead + along * signs).tolist()])
         if not np.all(np.isfinite(shrink)):
             break
         image = image_of(moved, shrink, radii)

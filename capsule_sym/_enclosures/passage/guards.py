@@ -19,7 +19,7 @@ from capsule_sym._enclosures.numbers.balls import (
     Unproved,
     arb,
     bits,
-    greatest,
+    largest,
     precision,
     upper,
 )
@@ -76,9 +76,7 @@ class Line:
         if derivative:
             found = [[x * k for x in row] for k, row in enumerate(found)][1:]
         shaped = _to_bernstein(len(found) - 1, length, bits()) * arb_mat(found)
-        bounds = [sum((abs(x) for x in row), arb(0)) for row in state.tolist()]
-        most = greatest(bounds)
-        reach = sum((abs(x) for x in self._last[guard]), arb(0)) * most
+        reach = sum((abs(x) for x in self._last[guard]), arb(0)) * largest(state)
         # |y(t)| <= |y(0)| exp(norm t), and the next Taylor term takes y somewhere on the piece.
         # Of the remainder R of g, (R/t^order)' = R'/t^order - order R/t^(order + 1).
         grown = exp(self._norm * length) * (_ORDER + 1 + order if derivative else 1) * 1.0000001
