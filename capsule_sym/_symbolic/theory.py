@@ -8,7 +8,7 @@ Nothing of the tool imports this module. Its names are not public, because they 
 
 from capsule_sym._symbolic.model.elimination import Relation, Undecided
 from capsule_sym._symbolic.model.geometry import (
-    CELLS, LINES, PIECES, SCENARIOS, SURFACES, StateSet, disjoint, empty, lines_at, meets,
+    LINES, PIECES, SCENARIOS, SURFACES, StateSet, disjoint, empty, lines_at, meets,
 )
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Linear
 from capsule_sym._symbolic.model.proof import (
@@ -21,6 +21,7 @@ from capsule_sym._symbolic.model.symbols import (
     PARAMETERS, STATE, alpha, beta, delta, f_b, force, gamma, omega, tau, v_c, v_r, x_r, zeta,
 )
 from capsule_sym._symbolic.proofs.appendices import BY_LINE, sliding, stick_does, within_bound
+from capsule_sym._symbolic.proofs.cells import CELLS
 from capsule_sym._symbolic.proofs.inner_products import (
     FIELDS, STICK_EDGE, along, inner_products, outward,
 )

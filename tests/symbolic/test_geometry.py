@@ -5,8 +5,9 @@ import random
 import pytest
 import sympy as sp
 
-from capsule_sym._symbolic.model.geometry import CELLS, PIECES, SCENARIOS, empty, lines_at, meets
+from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, empty, lines_at, meets
 from capsule_sym._symbolic.model.symbols import STATE, beta, delta, f_b, v_r, x_r, zeta
+from capsule_sym._symbolic.proofs.cells import CELLS
 
 NARROW = SCENARIOS["δ < f_b"]
 
@@ -76,6 +77,6 @@ def test_line_of_impacts_in_stick(scenario: str, exists: int) -> None:
 
 
 def test_cells_are_open_and_apart() -> None:
-    assert [cell.name for cell in CELLS] == [f"cell {i}" for i in range(1, 7)]
+    assert [cell.name for cell in CELLS] == [f"cell of F{i}" for i in range(1, 7)]
     stick = CELLS[1].relations
     assert all(r in stick for r in (sp.Lt(x_r, delta), sp.Lt(x_r + 2 * zeta * v_r, f_b)))

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import sympy as sp
 
-from capsule_sym._symbolic.model import geometry
+from capsule_sym._symbolic.model import geometry, jets
 from capsule_sym._symbolic.model.basis import K, Q, W, s, sigma
 from capsule_sym._symbolic.model.elimination import GAPS
 from capsule_sym._symbolic.model.flow import (
@@ -103,17 +103,13 @@ class Formula:
             terms = map(sp.Abs, sp.Add.make_args(sp.expand(LOAD + SHARE * LEVEL)))
             signed[push] = sp.Abs(friction) / gamma + sp.Add(*terms)
         magnitudes = {a: sp.Symbol(a.name, nonnegative=True) for a in self.arguments}
-
-        def positive(expression: sp.Expr) -> sp.Expr:
-            terms = sp.Add.make_args(sp.expand_mul(expression))
-            total = sp.Add(*(abs(t.subs({**magnitudes, **ones})) for t in terms))
-            return total.xreplace({abs(name): size for name, size in signed.items()})
-
+        sizes = {abs(name): size for name, size in signed.items()}
+        known = {**magnitudes, **ones}
         return Formula(
             f"{self.name}_size",
             f"Magnitudes of the terms of `{self.name}`, added up.",
             tuple(magnitudes[a] for a in self.arguments if a not in ones),
-            tuple((name, positive(value)) for name, value in self.results),
+            tuple((name, jets.size_of(one, known).xreplace(sizes)) for name, one in self.results),
         )
 
 

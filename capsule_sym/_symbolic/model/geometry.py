@@ -24,7 +24,6 @@ from capsule_sym._symbolic.model.model import (
     P2,
     Q3,
     REACTS,
-    segment,
 )
 from capsule_sym._symbolic.model.proof import consistent, implies
 from capsule_sym._symbolic.model.symbols import MODEL, STATE, front, v_r
@@ -164,15 +163,3 @@ def lines_at(corner: str, hypotheses: Iterable[Relation]) -> frozenset[str]:
     """Lines whose closure contains a corner under hypotheses on the parameters."""
     hypotheses = list(hypotheses)
     return frozenset(name for name in LINES if meets(PIECES[name], PIECES[corner], hypotheses))
-
-
-def cell(index: int) -> StateSet:
-    """Interior of subspace Omega `index`, where field F`index` alone acts."""
-    field = segment(index)
-    side = _SIDES[field.contact]
-    if field.stick:
-        return StateSet(f"cell {index}", (_REST, *side, *_within(field.pull)))
-    return StateSet(f"cell {index}", (_FORWARD if field.drift > 0 else _BACKWARD, *side))
-
-
-CELLS: tuple[StateSet, ...] = tuple(cell(one.index) for one in ANY_LEVEL)

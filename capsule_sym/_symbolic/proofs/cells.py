@@ -47,6 +47,10 @@ def cell(field: Linear) -> StateSet:
     return StateSet(f"cell of {field.name}", (*sides[field.contact], *ways[field.drift]))
 
 
+CELLS = tuple(map(cell, ANY_LEVEL))
+"""Cells of the fields, for any level of the drive."""
+
+
 def bound_cell(field: Linear, guards: Guards) -> bool:
     """Check that guards are positive exactly in a field's cell (at rest: where v_c is 0)."""
     inside = [*(sp.Gt(guard, 0) for guard in guards), *([sp.Eq(v_c, 0)] if field.stick else [])]
@@ -169,23 +173,22 @@ def _of(field: Linear) -> Iterator[Statement]:
 @cache
 def items() -> tuple[Statement, ...]:
     """All statements about the cells of the fields."""
-    cells = tuple(map(cell, ANY_LEVEL))
     found = [
         Statement(
             "cells.apart",
             "cells",
             "no two cells have a state in common",
             apart,
-            {"cells": cells},
-            {"cells": (*cells, StateSet("", cells[0].relations[1:]))},
+            {"cells": CELLS},
+            {"cells": (*CELLS, StateSet("", CELLS[0].relations[1:]))},
         ),
         Statement(
             "cells.cover",
             "cells",
             "cells and their boundaries cover all states, whatever the drive's force",
             cover,
-            {"cells": cells},
-            {"cells": cells[1:]},
+            {"cells": CELLS},
+            {"cells": CELLS[1:]},
         ),
     ]
     for field in ANY_LEVEL:

@@ -15,11 +15,12 @@ from typing import Any
 import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation, Sign
-from capsule_sym._symbolic.model.geometry import CELLS, LINES, PIECES, SURFACES, StateSet
+from capsule_sym._symbolic.model.geometry import LINES, PIECES, SURFACES, StateSet
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Linear
 from capsule_sym._symbolic.model.proof import consistent, sign_under
 from capsule_sym._symbolic.model.switching import reduced
 from capsule_sym._symbolic.model.symbols import STATE
+from capsule_sym._symbolic.proofs.cells import CELLS
 from capsule_sym._symbolic.proofs.statement import Statement
 
 STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
