@@ -73,7 +73,7 @@ def test_a_scene_is_proved_in_a_process_of_its_own(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
     *lines, heads, _, row = result.stdout.strip().splitlines()
     assert all(line.startswith("proved") for line in lines)
-    assert heads.split() == ["group", "about", "proved", "if", "failed", "s"]
+    assert heads.split() == ["group", "about", "proved", "failed", "s"]
     assert row.split()[0] == "cells"
     report = path.read_text(encoding="utf-8")
     assert "of the scene pulsed" in report

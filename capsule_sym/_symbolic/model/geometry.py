@@ -26,15 +26,7 @@ from capsule_sym._symbolic.model.model import (
     REACTS,
 )
 from capsule_sym._symbolic.model.proof import consistent, implies
-from capsule_sym._symbolic.model.symbols import MODEL, STATE, front, v_r
-
-_FRONT = next(one for one in MODEL.parameters if one.symbol == front)
-SCENARIOS: dict[str, Relation] = {
-    f"{_FRONT.letter} < {FORWARD}": sp.Lt(front, FORWARD),
-    f"{_FRONT.letter} = {FORWARD}": sp.Eq(front, FORWARD),
-    f"{_FRONT.letter} > {FORWARD}": sp.Gt(front, FORWARD),
-}
-"""The three positions of the corner O1 (Fig. 2b-d)."""
+from capsule_sym._symbolic.model.symbols import MODEL, STATE, v_r
 
 
 @dataclass(frozen=True)
@@ -72,11 +64,6 @@ def _closed(relation: Relation) -> Relation:
 def empty(piece: StateSet, hypotheses: Iterable[Relation] = ()) -> bool:
     """True if the piece holds no state under the hypotheses."""
     return not consistent([*piece.relations, *hypotheses])
-
-
-def disjoint(first: StateSet, second: StateSet, hypotheses: Iterable[Relation] = ()) -> bool:
-    """True if two pieces have no state in common under the hypotheses."""
-    return not consistent([*first.relations, *second.relations, *hypotheses])
 
 
 def meets(piece: StateSet, point: StateSet, hypotheses: Iterable[Relation]) -> bool:
@@ -157,9 +144,3 @@ PIECES: dict[str, StateSet] = {piece.name: piece for pieces in _PARTS for piece 
 """Surfaces, lines and points by name; with one stop S1-S10, L1-L10 and O1-O3."""
 
 SURFACES, LINES, POINTS = (tuple(piece.name for piece in pieces) for pieces in _PARTS)
-
-
-def lines_at(corner: str, hypotheses: Iterable[Relation]) -> frozenset[str]:
-    """Lines whose closure contains a corner under hypotheses on the parameters."""
-    hypotheses = list(hypotheses)
-    return frozenset(name for name in LINES if meets(PIECES[name], PIECES[corner], hypotheses))
