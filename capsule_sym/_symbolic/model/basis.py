@@ -100,33 +100,18 @@ _IN_H = {
     BW: BWd,
     BWd: B - omega**2 * BW,
 }
-_G2dd = _IN_H[G2d]
-_B2dd = _IN_H[B2d]
-_BWdd = _IN_H[BWd]
-_FORCING = (cosine, sine, versine, lag)
-_UNMOVED = dict.fromkeys(_FORCING, sp.S.Zero)
-_IN_K = {**_UNMOVED, G: -G2, Gd: -G2d, H: -H2, B: -B2, Bd: -B2d, Bdd: -_B2dd}
+# By K the derivative of 1/Q is -1/Q^2, by sigma 2 s times that; by omega that of 1/W -2 omega/W^2.
+_OVER_Q = {G: G2, Gd: G2d, H: H2, B: B2, Bd: B2d, Bdd: _IN_H[B2d]}
+_OVER_W = {cosine: h * sine / 2, sine: sine2, versine: versine2, lag: lag2, B: BW, Bd: BWd}
+_OVER_W[Bdd] = _IN_H[BWd]
+_IN_K = dict.fromkeys((cosine, sine, versine, lag), sp.S.Zero)
+_IN_K |= {name: -over for name, over in _OVER_Q.items()}
 _IN_SIGMA = {
-    **_UNMOVED,
-    G: -2 * G2d,
-    Gd: -2 * _G2dd,
-    H: -2 * G2,
-    B: -2 * B2d,
-    Bd: -2 * _B2dd,
-    Bdd: -2 * (G2d - omega**2 * B2d),
+    name: 2 * sp.Add(*(sp.diff(rule, one) * _IN_H[one] for one in rule.free_symbols & _IN_H.keys()))
+    for name, rule in _IN_K.items()
 }
-_IN_OMEGA = {
-    B: -2 * omega * BW,
-    Bd: -2 * omega * BWd,
-    Bdd: -2 * omega * _BWdd,
-    cosine: -omega * h * sine,
-    sine: -2 * omega * sine2,
-    versine: -2 * omega * versine2,
-    lag: -2 * omega * lag2,
-    G: sp.S.Zero,
-    Gd: sp.S.Zero,
-    H: sp.S.Zero,
-}
+_IN_OMEGA = dict.fromkeys((G, Gd, H), sp.S.Zero)
+_IN_OMEGA |= {name: -2 * omega * over for name, over in _OVER_W.items()}
 RULES: dict[sp.Symbol, dict[sp.Symbol, sp.Expr]] = {
     h: _IN_H,
     K: _IN_K,

@@ -188,23 +188,9 @@ def _flow_proofs(segment: Linear) -> Iterator[Statement]:
     if PULSED:
         mode[high] = motion.constants[high]
         told += f", high level {mode[high]}"
-    shared = {
-        **{
-            f"field.{state}": pair
-            for state, *pair in zip(_STATE, general.field, motion.field, strict=False)
-        },
-        **{
-            f"constant.{name}": (value, motion.constants[name])
-            for name, value in general.constants.items()
-        },
-        "stiffness": (
-            general.constants[flow.m] * flow.STIFFNESS.subs(kappa, general.constants[kappa]),
-            motion.constants[K],
-        ),
-    }
-    for name, (claim, expected) in shared.items():
+    for state, claim, expected in zip(_STATE, general.field, motion.field, strict=False):
         yield proof(
-            f"flow.{segment.name}.{name}",
+            f"flow.{segment.name}.field.{state}",
             motion.equation,
             f"{segment.name} is the {general.name} of {told}",
             claim.subs(mode),
