@@ -26,8 +26,6 @@ from capsule_sym._symbolic.theory import (
     delta,
     derivatives,
     empty,
-    evaluate,
-    example,
     f_b,
     implies,
     leaves_of,
@@ -43,6 +41,7 @@ from paper.claims.relations import Texts, disjoint, lines_at, scope
 from paper.claims.tables import Rows, pairs_of, spaces
 from paper.derived.inner_products import STICK_EDGE, along, inner_products
 from paper.derived.local_maps import SCENARIOS
+from paper.derived.points import evaluate, example
 from paper.derived.tables import ASSUMED, Pairs, on, passages_at
 from paper.printed import Paper
 
