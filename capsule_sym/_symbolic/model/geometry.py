@@ -84,6 +84,10 @@ _FORWARD = sp.Gt(P1, 0)
 _BACKWARD = sp.Lt(P1, 0)
 
 
+IMPACTS = tuple(product(range(1, len(MODEL.stops) + 1), (1, -1), (1, -1)))
+"""Stop and signs of v_c and v_r of each surface of impacts of a moving capsule, in their order."""
+
+
 def _ahead(force: sp.Expr) -> Relation:
     return sp.Gt(force, FORWARD)
 
@@ -106,8 +110,9 @@ def _surfaces() -> Iterator[tuple[Relation, ...]]:
     for side, force in zip(_SIDES, _FORCES, strict=True):
         for levels in ((_ahead(force),), _within(force), (_behind(force),)):
             yield (_REST, *side, *levels)
-    for plane, way, speed in product(_PLANES, (_FORWARD, _BACKWARD), (_RISING, _FALLING)):
-        yield way, plane, speed
+    ways, speeds = {1: _FORWARD, -1: _BACKWARD}, {1: _RISING, -1: _FALLING}
+    for stop, way, speed in IMPACTS:
+        yield ways[way], _PLANES[stop - 1], speeds[speed]
 
 
 def _lines() -> Iterator[tuple[Relation, ...]]:
