@@ -167,11 +167,8 @@ def constraint_of(relation: Relation) -> Comparison:
         return Comparison(_RING.one if relation == sp.true else -_RING.one, ">")
     if isinstance(relation, sp.Eq):
         return Comparison(_polynomial(relation.lhs - relation.rhs), "==")
-    if isinstance(relation, (sp.StrictGreaterThan, sp.StrictLessThan)):
-        return Comparison(_polynomial(relation.gts - relation.lts), ">")
-    if isinstance(relation, (sp.GreaterThan, sp.LessThan)):
-        return Comparison(_polynomial(relation.gts - relation.lts), ">=")
-    raise TypeError(f"not a relation that can be decided: {relation}")
+    strict = isinstance(relation, (sp.StrictGreaterThan, sp.StrictLessThan))
+    return Comparison(_polynomial(relation.gts - relation.lts), ">" if strict else ">=")
 
 
 _a, _u = (_GENERATOR[symbol] for symbol in (alpha, force))

@@ -39,7 +39,7 @@ class StateSet:
     @property
     def closure(self) -> StateSet:
         """The closed set of the same relations; the closure of the piece unless it is empty."""
-        return StateSet(f"cl {self.name}", tuple(map(_closed, self.relations)))
+        return StateSet(f"cl {self.name}", tuple(one.weak for one in self.relations))
 
     @property
     def latex(self) -> str:
@@ -51,14 +51,6 @@ class StateSet:
         """True if a state (x_r, v_r, v_c) lies in the piece whenever the hypotheses hold."""
         place = dict(zip(STATE, state, strict=True))
         return all(implies(hypotheses, r.subs(place)) for r in self.relations)
-
-
-def _closed(relation: Relation) -> Relation:
-    if isinstance(relation, sp.StrictGreaterThan):
-        return sp.Ge(relation.lhs, relation.rhs)
-    return (
-        sp.Le(relation.lhs, relation.rhs) if isinstance(relation, sp.StrictLessThan) else relation
-    )
 
 
 def empty(piece: StateSet, hypotheses: Iterable[Relation] = ()) -> bool:
