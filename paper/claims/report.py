@@ -169,7 +169,7 @@ def _table_2() -> Iterator[str]:
 
 def _table_3() -> Iterator[str]:
     yield "Each local map: whether it is printed, and the cases in which it occurs as derived."
-    yield "A map occurs where a witness is proved (`table3.*` below) and is excluded elsewhere.\n"
+    yield "A map occurs where a witness is proved (`table3.*` above) and is excluded elsewhere.\n"
     regimes = [(name, damped) for damped in (True, False) for name in SCENARIOS]
     occurs = {(witness.local_map, *witness.regime) for witness in witnesses()}
     shown = printed_maps(read())
