@@ -19,6 +19,7 @@ from capsule_sym._symbolic.model import basis, declaration, flow, jacobian, jets
 from capsule_sym._symbolic.model.basis import INITIAL, K, cosine, sine
 from capsule_sym._symbolic.model.flow import PLACE, STIFF, contact, cos_theta, drift, sin_theta
 from capsule_sym._symbolic.model.model import (
+    ANY_LEVEL,
     DRIVE,
     LEVEL,
     PULL,
@@ -35,6 +36,7 @@ from capsule_sym._symbolic.model.symbols import (
     PARAMETERS,
     PULSED,
     alpha,
+    force,
     gamma,
     h,
     omega,
@@ -188,9 +190,15 @@ def _flow_proofs(segment: Linear) -> Iterator[Statement]:
     if PULSED:
         mode[high] = motion.constants[high]
         told += f", high level {mode[high]}"
-    for state, claim, expected in zip(_STATE, general.field, motion.field, strict=False):
+    parts = [*zip(_STATE, general.field, motion.field, strict=False)]
+    if PULSED:
+        guards = (
+            one.subs(force, LEVEL) for one in ANY_LEVEL[(segment.index - 1) % len(ANY_LEVEL)].guards
+        )
+        parts += zip(("guard1", "guard2", "guard3", "guard4"), guards, segment.guards, strict=False)
+    for part, claim, expected in parts:
         yield proof(
-            f"flow.{segment.name}.field.{state}",
+            f"flow.{segment.name}.field.{part}",
             motion.equation,
             f"{segment.name} is the {general.name} of {told}",
             claim.subs(mode),
