@@ -23,7 +23,7 @@ paper: $(READY)  ## the main job: the paper's case study, and results/report.htm
 
 sources = $(shell find -H $(1) -type f ! -name '*.pyc')
 within = $(call sources,$(addprefix capsule_sym/,$(1)))
-PROVED := $(call sources,$(addprefix paper/,claims proofs study)) $(wildcard paper/*.py paper/*.toml capsule_sym/_*.py) \
+PROVED := $(call sources,$(addprefix paper/,claims derived proofs study)) $(wildcard paper/*.py paper/*.toml capsule_sym/_*.py) \
     paper/commands/claims.py capsule_sym/_commands/verify.py $(call within,_symbolic _enclosures _orbits _map _native generated)
 
 # A test that stands still shows what each thread is at, and fails; the longest takes two minutes.

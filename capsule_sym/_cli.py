@@ -122,7 +122,7 @@ _REVIEW = "For reviewers and developers"
 group.add(
     "verify",
     "capsule_sym._commands.verify",
-    "Prove the theory: closed forms, switching, appendices.",
+    "Prove the theory of a scene: closed forms, switching.",
     _REVIEW,
 )
 

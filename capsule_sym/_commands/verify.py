@@ -31,13 +31,13 @@ def verify(
     out: Annotated[options.Path | None, options.written("FILE.md")] = None,
     as_json: options.Json = False,
 ) -> Sequence[Any]:
-    """Prove the theory: closed forms, inner products, switching, Tables 1 to 3, the appendices.
+    """Prove the theory of a scene: closed forms, switching, Jacobians, the energy balance.
 
-    One row for each group of statements: how many are proved, proved under the condition that they
-    name ("if"), or failed, and the time. Exits with 1 if a statement is not proved.
+    One row for each group of statements: how many are proved, or failed, and the time. Exits with 1
+    if a statement is not proved.
 
-    With --scene, the groups that hold for any scene. `python -m paper claims` in a checkout
-    compares the printed statements of the paper.
+    `python -m paper claims` in a checkout proves the tables and appendices of the paper, and
+    compares its printed statements.
 
     Parameters
     ----------
@@ -115,8 +115,8 @@ def _summary(report: Report, theory: ModuleType) -> None:
     for name, results in report.items():
         group, found = theory.GROUPS[name], Counter(result.status for result in results)
         place = [group.place.replace("beyond the paper", "–")] if theory.PAPERS else []
-        counts = [str(found[kind] or "") for kind in ("proved", "conditional", "failed")]
+        counts = [str(found[kind] or "") for kind in ("proved", "failed")]
         rows.append([name, *place, group.about, *counts, f"{sum(r.seconds for r in results):.2f}"])
     heads = ["group", *(["in the paper"] if theory.PAPERS else []), "about"]
-    numbers = ["proved", "if", "failed", "s"]
+    numbers = ["proved", "failed", "s"]
     tables.table(heads + numbers, rows, right=numbers)

@@ -68,17 +68,13 @@ def real(name: str, value: ArrayLike, allowed: str) -> NDArray[np.float64]:
         raise InvalidInput(name, value, allowed) from None
 
 
-def _ascend(times: NDArray[np.float64]) -> bool:
-    return bool(np.all(times[1:] >= times[:-1]))
-
-
 def by_core(
     parameters: SceneParameters, records: Records, times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """States (x_r, v_r, v_c, x_c) at times of a run, shape times.shape + (4,), by the core."""
     flat, states = np.ascontiguousarray(times).ravel(), np.empty((times.size, 4))
     native = borrowed(parameters)
-    if _ascend(flat):
+    if np.all(flat[1:] >= flat[:-1]):
         native.evaluate(records, flat, states)
     else:
         order, found = np.argsort(flat, kind="stable"), np.empty_like(states)

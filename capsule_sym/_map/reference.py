@@ -32,7 +32,6 @@ from capsule_sym._map.trajectory import (
 )
 from capsule_sym._map.transitions import (
     State,
-    Undetermined,
     reached,
     select_field,
     start_at,
@@ -132,11 +131,6 @@ class Run:
             why = "undecided: no field leaves the last state with certainty"
         return Status.UNDECIDED, why
 
-    def begin_segment(self, state: State, source: str, turns: int, position: Number) -> RunState:
-        """Run state that continues from a given state."""
-        state, begin = self._begin(state)
-        return RunState(state, begin, source, turns, position)
-
     def follow(self, run_state: RunState, periods: int, most: int) -> RunState:
         """Continue until the periods are over, for at most this many segments in all."""
         state, begin, source, turns, position = run_state
@@ -211,15 +205,10 @@ class Run:
 
     def next_segment(self, state: State) -> SegmentStart | None:
         """Successor field at a state; None if undecided."""
-        try:
-            return select_field(self.numbers, self.constants, state)
-        except Undetermined:
-            if self.escalate:
-                return self._escalate_start(state)
-        try:
-            return select_field(self.numbers, self.constants, state, vanish=True)
-        except Undetermined:
-            return None
+        begin = select_field(self.numbers, self.constants, state)
+        if begin is None and self.escalate:
+            return self._escalate_start(state)
+        return begin or select_field(self.numbers, self.constants, state, vanish=True)
 
     def first_switch(self, state: State, begin: SegmentStart, limit: Number) -> tuple[Course, End]:
         """Closed form of the segment from a state, and its first switch up to a duration."""
@@ -321,7 +310,7 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
     state = State(**{name: told[name] for name in known if name in told})
     state = state._replace(level=run.level(state.angle, rest))
     period, position = told["period"], told["position"]
-    run_state = run.begin_segment(state, source, period, position)
+    run_state = RunState(*run._begin(state), source, period, position)
     if run_state.begin is not None and not source and v_c == 0:
         run_state = run_state._replace(source=f"Σ{run_state.begin.field}")
     run_state, taken = run.follow(run_state, periods, 1), 1

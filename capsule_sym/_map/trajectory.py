@@ -176,11 +176,7 @@ class Trajectory(Ended, Labelled):
     @property
     def span(self) -> tuple[float, float]:
         """Start and end time of the run."""
-        begin, end = (
-            at.period * self.parameters.period + float(at.phase)
-            for at in (self.origin[0], self.final[0])
-        )
-        return begin, end
+        return float(self.origin[0]), float(self.final[0])
 
     @cached_property
     def records(self) -> Records:

@@ -63,29 +63,25 @@ class State(NamedTuple):
         return (self.back, self.gap) if contact == 2 else (self.gap, self.back)
 
 
-class Undetermined(Exception):
-    """Raised if no field, or more than one, is certain to be the successor at this precision."""
-
-
 def select_field(
     backend: Backend, constants: Any, state: State, *, vanish: bool = False
-) -> SegmentStart:
+) -> SegmentStart | None:
     """Successor field at a state; `constants` are those of all fields, in order.
 
     A derivative within its error bound of zero is undecided, or taken to be zero with `vanish`.
-    Raises Undetermined if no field, or more than one, may be the successor.
+    None if no field, or more than one, may be the successor.
     """
     begins = []
     cosine, sine = backend.cos_sin(state.angle, state.angle_rest)
     for field in _candidates(backend.scene.facts, state):
         c = constants[field - 1]
         start = start_at(c, state, cosine)
-        zeros = _departing(backend, c, state, start, (cosine, sine), vanish)
-        if zeros is not None:
+        zeros, sign = _departing(backend, c, state, start, (cosine, sine), vanish)
+        if sign == 0:
+            return None
+        if sign > 0:
             begins.append(SegmentStart(field, start._replace(zeros=zeros)))
-    if len(begins) != 1:
-        raise Undetermined(f"fields {[d.field for d in begins]} at {state}")
-    return begins[0]
+    return begins[0] if len(begins) == 1 else None
 
 
 def _candidates(facts: ModuleType, state: State) -> list[int]:
@@ -120,28 +116,22 @@ def _departing(
     start: Begin,
     forcing: tuple[Number, Number],
     vanish: bool,
-) -> dict[Guard, int] | None:
-    """Leading zeros of each guard if the field is the successor; None if it is not.
-
-    Raises Undetermined if a sign that decides is unknown.
-    """
+) -> tuple[dict[Guard, int], int]:
+    """Leading zeros of each guard, and 1 if the field is the successor, -1 if not, 0 if unknown."""
     zero, turned = state.x_r * 0, 2 * backend.unit * start.angle
     point = Point(*start[:5], *forcing, zero, zero, zero, turned, start.other, zero)
-    zeros: dict[Guard, int] = {}
-    undetermined = False
+    zeros, known = dict[Guard, int](), 1
     for guard, expansion in expand(backend, c, point).items():
         # Contact and rest are the closed regions, Eqs. (10)-(12), where a guard stays zero.
         outside = guard is Guard.DRIFT or (guard in (Guard.GAP, Guard.BACK) and not c.contact)
         closed = -1 if outside else 1
         count, sign = _first_sign(expansion, _exact_zeros(c, guard, state), vanish, closed)
         if sign < 0:
-            return None
-        undetermined = undetermined or sign == 0
+            return {}, -1
+        known = min(known, sign)
         if count:
             zeros[guard] = count
-    if undetermined:
-        raise Undetermined(f"field F{c.drift} at {state}")
-    return zeros
+    return zeros, known
 
 
 def _exact_zeros(c: Any, guard: Guard, state: State) -> tuple[bool, ...]:

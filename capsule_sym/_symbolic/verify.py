@@ -1,4 +1,4 @@
-"""Statements of the theory in groups: those of any scene, and those of the paper's scene alone."""
+"""Statements of the theory of a scene in groups."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Group:
     families: str
 
 
-_ANY_SCENE = {
+GROUPS = {
     "cells": Group("Eqs. (1)-(12)", "where each field acts", cells.items, "cells"),
     "basis": Group("Eqs. (7)-(12)", "response functions", basis_proofs.proofs, "basis"),
     "flow": Group(
@@ -44,23 +44,6 @@ _ANY_SCENE = {
     "saltation": Group("beyond the paper", "saltation matrices", switches.items, "saltation"),
     "energy": Group("beyond the paper", "energy balance", energy.items, "energy"),
 }
-
-
-def _papers() -> dict[str, Group]:
-    """Groups about the paper's scene alone, whose modules know no other."""
-    from capsule_sym._symbolic.proofs import appendices, table_proofs
-    from capsule_sym._symbolic.proofs.inner_products import inner
-
-    return {
-        "inner": Group("Eqs. (16)-(23)", "inner products", inner, "inner"),
-        "table2": Group("Table 2", "passages on lines", table_proofs.table_2, "table2"),
-        "table3": Group("Table 3", "local maps", table_proofs.table_3, "table3"),
-        "appendix": Group("Appendices A, B", "stick on L1-L4", appendices.items, "appendix"),
-    }
-
-
-_FIRST = {name: _ANY_SCENE[name] for name in ("cells", "basis", "flow")}
-GROUPS: dict[str, Group] = _FIRST | (_papers() if PAPERS else {}) | _ANY_SCENE
 """Groups by name, about in the order of the paper."""
 
 

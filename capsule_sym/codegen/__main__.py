@@ -59,13 +59,6 @@ def _of_core(target: Path, digest: str) -> dict[str, Any]:
         return {}
 
 
-def render() -> Files:
-    """Generated files of the chosen model; the process derives no other."""
-    from capsule_sym.codegen._render import render
-
-    return render()
-
-
 def difference(expected: Files, present: Files) -> str:
     """Unified diff from the present files to the expected files, empty if they agree."""
     lines: list[str] = []
@@ -175,6 +168,8 @@ def main(check: bool, out: Path | None, scene: str | None, core: bool) -> None:
     target = out or (_GENERATED / path.stem if ships else path.with_suffix(""))
     mend = COMMAND + (f" --scene {scene}" if scene else "") + (f" --out {out}" if out else "")
     try:
+        from capsule_sym.codegen._render import render  # of the chosen model, and no other
+
         expected = render()
         manifest = json.loads(expected[MANIFEST])
         own = _of_core(target, manifest["digest"])

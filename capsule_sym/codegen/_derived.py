@@ -12,7 +12,7 @@ import sympy as sp
 from capsule_sym._symbolic.model import declaration, jacobian
 from capsule_sym._symbolic.model import formulas as model_formulas
 from capsule_sym._symbolic.model.basis import FORCED
-from capsule_sym._symbolic.model.enclosure import coefficients, extended_rates
+from capsule_sym._symbolic.model.extended import coefficients, extended_rates
 from capsule_sym._symbolic.model.formulas import ARGUMENTS, Formula
 from capsule_sym._symbolic.model.model import SEGMENTS, Linear
 from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED

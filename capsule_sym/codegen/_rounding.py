@@ -81,7 +81,7 @@ WHOLE = (sp.Symbol("n", positive=True),)
 """Symbols of small integers."""
 
 
-def _results(kernel: Kernel, given: Mapping[str, int]) -> list[list[Term]]:
+def results_of(kernel: Kernel, given: Mapping[str, int]) -> list[list[Term]]:
     """Terms of each result."""
     known = {}
     for name in (*kernel.arguments, *kernel.constants):
@@ -103,10 +103,5 @@ def units(kernel: Kernel, given: Mapping[str, int], argument: str | None = None)
 
     `given` are the rounding errors of arguments and constants, 0 if not named.
     """
-    terms = (term for result in _results(kernel, given) for term in result)
+    terms = (term for result in results_of(kernel, given) for term in result)
     return 1 + max(t.units for t in terms if argument is None or argument in t.names)
-
-
-def sizes(kernel: Kernel) -> list[sp.Expr]:
-    """Sum of the magnitudes of each result's terms, as the rule counts them."""
-    return [sp.expand(sp.Add(*(t.size for t in terms))) for terms in _results(kernel, {})]

@@ -9,27 +9,7 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.theory import (
-    BY_LINE,
-    FIELDS,
-    PARTS,
-    PIECES,
-    Part,
-    Statement,
-    alpha,
-    bifurcations,
-    consistent,
-    example,
-    force,
-    outward,
-    part,
-    passages,
-    sliding,
-    stick_does,
-    v_r,
-    within_bound,
-    zeta,
-)
+from capsule_sym._symbolic.theory import PIECES, Statement, alpha, consistent, force, v_r, zeta
 from paper.claims.beside import beside, next_field
 from paper.claims.case_study import point
 from paper.claims.errata import (
@@ -46,6 +26,11 @@ from paper.claims.motions import below
 from paper.claims.relations import Texts, follows, listed, same_sets, scope
 from paper.claims.space import points
 from paper.claims.tables import spaces
+from paper.derived.appendices import BY_LINE, sliding, stick_does, within_bound
+from paper.derived.inner_products import FIELDS, outward
+from paper.derived.parts import PARTS, Part, bifurcations, part
+from paper.derived.points import example
+from paper.derived.tables import passages
 from paper.printed import Paper
 
 _DAMPED = scope(["zeta > 0"])

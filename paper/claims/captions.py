@@ -8,18 +8,12 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.theory import (
-    PIECES,
-    Statement,
-    delta,
-    empty,
-    part,
-    v_r,
-)
+from capsule_sym._symbolic.theory import PIECES, Statement, delta, empty, v_r
 from paper.claims.beside import beside, next_field
 from paper.claims.case_study import Point, maps, point, steady_orbit
 from paper.claims.motions import number_of, printed_gamma, shown, sides_at
 from paper.claims.relations import Texts, listed, scope
+from paper.derived.parts import part
 from paper.printed import Event, Paper, events, panels
 
 Place = tuple[Point, str, int, int]

@@ -14,13 +14,9 @@ from typing import TypeVar
 import sympy as sp
 
 from capsule_sym._enclosures.interface import Unproved
-from capsule_sym._symbolic.theory import (
-    ENTRY_PLANE,
-    PARAMETERS,
-    SEGMENTS,
-    LocalMap,
-    Undecided,
-)
+from capsule_sym._symbolic.theory import PARAMETERS, SEGMENTS, Undecided
+from paper.derived.local_maps import LocalMap
+from paper.derived.reachability import ENTRY_PLANE
 from paper.printed import Paper
 from paper.proofs import steady
 from paper.proofs.attraction import tendency

@@ -6,18 +6,11 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from capsule_sym._symbolic.theory import (
-    PARAMETERS,
-    SEGMENTS,
-    Linear,
-    delta,
-    example,
-    tau,
-    x_r,
-)
+from capsule_sym._symbolic.theory import PARAMETERS, SEGMENTS, Linear, delta, tau, x_r
 from paper.claims.errata import CASE_STUDY, CREST
 from paper.claims.formula import NotAFormula, formula, same
 from paper.claims.relations import derived, scope
+from paper.derived.points import example
 from paper.printed import Paper
 
 Printed = Mapping[str, str]

@@ -18,8 +18,6 @@ from capsule_sym._symbolic.theory import (
     beta,
     consistent,
     delta,
-    evaluate,
-    example,
     f_b,
     force,
     gamma,
@@ -31,6 +29,7 @@ from capsule_sym._symbolic.theory import (
 from paper.claims.beside import beside
 from paper.claims.formula import formula, same
 from paper.claims.relations import Texts, derived, latex, scope
+from paper.derived.points import evaluate, example
 from paper.printed import Entry, read
 
 CREST = sp.Eq(force, alpha)  # omega tau = 0

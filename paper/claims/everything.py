@@ -20,6 +20,9 @@ from paper.claims import (
     section_4,
     tables,
 )
+from paper.derived import appendices as stick
+from paper.derived import inner_products
+from paper.derived.tables import table_2, table_3
 from paper.printed import Paper, read
 
 CLAIMS: tuple[Callable[[Paper], Iterator[Statement]], ...] = tuple(
@@ -38,8 +41,12 @@ _TITLES: dict[Verdict, str] = {
 _THEOREMS: dict[str, tuple[Callable[[], Iterator[Statement]], str]] = {
     "The resting orbit": (resting.resting_orbit, "grazing"),
     "Where every motion goes": (every_motion.attraction, "attraction"),
+    "Eqs. (16)-(23): inner products": (inner_products.inner, "inner"),
+    "Table 2: passages on lines": (table_2, "table2"),
+    "Table 3: local maps": (table_3, "table3"),
+    "Appendices A, B: stick on L1-L4": (stick.items, "appendix"),
 }
-"""Theorems that the paper has not: their statements, and the word that names begin with."""
+"""Theorems that are not printed so: their statements, and the word that names begin with."""
 
 
 @cache

@@ -8,15 +8,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from capsule_sym._symbolic.theory import (
-    ENTRY_PLANE,
-    FIELDS,
-    PARTS,
-    SEGMENTS,
-    LocalMap,
-    alpha,
-    v_r,
-)
+from capsule_sym._symbolic.theory import SEGMENTS, alpha, v_r
 from paper.claims.case_study import (
     BRACKETS,
     Bracket,
@@ -31,6 +23,10 @@ from paper.claims.case_study import (
 )
 from paper.claims.changes import Change, change, common
 from paper.claims.formula import formula
+from paper.derived.inner_products import FIELDS
+from paper.derived.local_maps import LocalMap
+from paper.derived.parts import PARTS
+from paper.derived.reachability import ENTRY_PLANE
 from paper.printed import Event, Paper, Row
 from paper.proofs.steady import SteadyOrbit
 

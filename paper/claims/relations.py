@@ -9,22 +9,23 @@ from typing import Any
 import sympy as sp
 
 from capsule_sym._symbolic.theory import (
+    LINES,
     P3,
     PIECES,
-    SCENARIOS,
     SEGMENTS,
     STATE,
-    STICK_EDGE,
     Relation,
-    along,
+    StateSet,
+    consistent,
     empty,
     force,
     implies,
-    lines_at,
-    outward,
-    part,
+    meets,
 )
 from paper.claims.formula import NAMES, formula, relations
+from paper.derived.inner_products import STICK_EDGE, along, outward
+from paper.derived.local_maps import SCENARIOS
+from paper.derived.parts import part
 
 Texts = Iterable[str | Relation]
 """Relations as text: printed, or the name of a piece, a part or a position of the gap."""
@@ -100,3 +101,14 @@ def latex(of: Iterable[Relation]) -> str:
 def corner_lines(corner: str, printed: Sequence[str], within: Texts) -> bool:
     """Check that the lines that meet at a corner are those printed."""
     return lines_at(corner, scope(within)) == set(printed)
+
+
+def disjoint(first: StateSet, second: StateSet, hypotheses: Iterable[Relation] = ()) -> bool:
+    """True if two pieces have no state in common under the hypotheses."""
+    return not consistent([*first.relations, *second.relations, *hypotheses])
+
+
+def lines_at(corner: str, hypotheses: Iterable[Relation]) -> frozenset[str]:
+    """Lines whose closure contains a corner under hypotheses on the parameters."""
+    hypotheses = list(hypotheses)
+    return frozenset(name for name in LINES if meets(PIECES[name], PIECES[corner], hypotheses))

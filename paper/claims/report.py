@@ -10,25 +10,24 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
 
 from capsule_sym._symbolic.theory import (
-    SCENARIOS,
     SEGMENTS,
     Finding,
     Report,
     counts,
     leaves_of,
-    local_maps,
     marked,
     math,
-    mechanism,
     point,
     surface_transitions,
     table,
     theorems,
-    witnesses,
 )
 from paper.claims.case_study import BRACKETS
 from paper.claims.formulas import with_formulas
 from paper.claims.tables import printed_maps
+from paper.derived.local_maps import SCENARIOS, local_maps
+from paper.derived.reachability import witnesses
+from paper.derived.tables import mechanism
 from paper.printed import events, read
 
 _HEAD = """\
@@ -170,7 +169,7 @@ def _table_2() -> Iterator[str]:
 
 def _table_3() -> Iterator[str]:
     yield "Each local map: whether it is printed, and the cases in which it occurs as derived."
-    yield "A map occurs where a witness is proved (`table3.*` below) and is excluded elsewhere.\n"
+    yield "A map occurs where a witness is proved (`table3.*` above) and is excluded elsewhere.\n"
     regimes = [(name, damped) for damped in (True, False) for name in SCENARIOS]
     occurs = {(witness.local_map, *witness.regime) for witness in witnesses()}
     shown = printed_maps(read())

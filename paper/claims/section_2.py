@@ -6,12 +6,7 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from capsule_sym._symbolic.theory import (
-    PARAMETERS,
-    SEGMENTS,
-    Statement,
-    example,
-)
+from capsule_sym._symbolic.theory import PARAMETERS, SEGMENTS, Statement
 from paper.claims.beside import beside, next_field, union
 from paper.claims.dimensions import (
     HELD_NOT,
@@ -27,6 +22,7 @@ from paper.claims.dimensions import (
 from paper.claims.errata import CASE_STUDY, misprint, point_text, same_formula
 from paper.claims.fields import COASTING, acting, domain, literal, literal_field, printed_field
 from paper.claims.relations import listed, same_sets
+from paper.derived.points import example
 from paper.printed import Paper
 
 

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from capsule_sym._symbolic.theory import (
-    SEGMENTS,
-    LocalMap,
-    leaves_of,
-)
+from capsule_sym._symbolic.theory import SEGMENTS, leaves_of
 from paper.claims.case_study import Itinerary, maps
 from paper.claims.motions import Sides, changed
 from paper.claims.space import crossing_sources
+from paper.derived.local_maps import LocalMap
 
 _WAYS = {1: "forward", -1: "backward", 0: "none"}
 

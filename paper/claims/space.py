@@ -10,7 +10,6 @@ from typing import Any
 import sympy as sp
 
 from capsule_sym._symbolic.theory import (
-    ASSUMED,
     CELLS,
     LINES,
     P1,
@@ -18,30 +17,19 @@ from capsule_sym._symbolic.theory import (
     P3,
     P4,
     PIECES,
-    SCENARIOS,
     SEGMENTS,
     STATE,
-    STICK_EDGE,
     SURFACES,
     Leaf,
-    Pairs,
     StateSet,
-    along,
     consistent,
     delta,
     derivatives,
-    disjoint,
     empty,
-    evaluate,
-    example,
     f_b,
     implies,
-    inner_products,
     leaves_of,
-    lines_at,
     meets,
-    on,
-    passages_at,
     sign_under,
     surface_transitions,
     x_r,
@@ -49,8 +37,12 @@ from capsule_sym._symbolic.theory import (
 from paper.claims.errata import CASE_STUDY, CREST, point_text
 from paper.claims.fields import domain
 from paper.claims.formula import formula, same
-from paper.claims.relations import Texts, scope
+from paper.claims.relations import Texts, disjoint, lines_at, scope
 from paper.claims.tables import Rows, pairs_of, spaces
+from paper.derived.inner_products import STICK_EDGE, along, inner_products
+from paper.derived.local_maps import SCENARIOS
+from paper.derived.points import evaluate, example
+from paper.derived.tables import ASSUMED, Pairs, on, passages_at
 from paper.printed import Paper
 
 _DAMPED = scope(["zeta > 0"])

@@ -8,25 +8,13 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.theory import (
-    PIECES,
-    SCENARIOS,
-    SEGMENTS,
-    SURFACES,
-    LocalMap,
-    Pairs,
-    Statement,
-    allowed_maps,
-    derivatives,
-    local_maps,
-    on,
-    v_c,
-    witness_text,
-    witnesses,
-)
+from capsule_sym._symbolic.theory import PIECES, SEGMENTS, SURFACES, Statement, derivatives, v_c
 from paper.claims.beside import beside, next_field
 from paper.claims.errata import at_crest, misprint
 from paper.claims.relations import derived, listed, same_sets, scope
+from paper.derived.local_maps import SCENARIOS, LocalMap, allowed_maps, local_maps
+from paper.derived.reachability import witness_text, witnesses
+from paper.derived.tables import Pairs, on
 from paper.printed import Paper
 
 Rows = Sequence[Sequence[Any]]

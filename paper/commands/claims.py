@@ -27,7 +27,7 @@ def claims(
     freeze: bool = False,
     as_json: options.Json = False,
 ) -> Sequence[Any]:
-    """Compare every printed statement of the paper with its derivation.
+    """Compare every printed statement of the paper with its derivation, and prove what is derived.
 
     One line for each statement: proved, refuted (a statement of the paper that fails, with its
     witness in --json and --out) or conditional. Exits with 1 if a statement is not settled, or if

@@ -9,7 +9,7 @@ import pytest
 
 from capsule_sym._cli import group, main
 from capsule_sym._symbolic import verify
-from capsule_sym._symbolic.proofs.inner_products import inner
+from capsule_sym._symbolic.proofs import cells
 
 FULL = Path("/dev/full")
 SWEEP = """periods = 2
@@ -48,7 +48,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "two.toml").write_text(SWEEP)
     (tmp_path / "switches.csv").write_text("time,entered\n")
     (tmp_path / "measured.csv").write_text("t,x_r\n0,0\n1,0.2\n2,0.4\n3,0.3\n")
-    monkeypatch.setattr(verify, "statements", lambda only: {"inner": (next(inner()),)})
+    monkeypatch.setattr(verify, "statements", lambda only: {"cells": cells.items()[:1]})
 
 
 @needs_full

@@ -29,7 +29,7 @@ from capsule_sym._enclosures.orbits.stability import characteristic, monodromy
 from capsule_sym._enclosures.passage import guards, switches
 from capsule_sym._enclosures.passage.guards import Line
 from capsule_sym._map.expansion import Guard
-from capsule_sym._symbolic.model.enclosure import EXTENDED
+from capsule_sym._symbolic.model.extended import EXTENDED
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import alpha, omega, tau
 from capsule_sym.codegen._derived import matrices

@@ -21,10 +21,10 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
 from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._symbolic.model.symbols import PARAMETERS as SYMBOLS
 from capsule_sym._symbolic.model.symbols import STATE
-from capsule_sym._symbolic.proofs.parts import PARTS
 from capsule_sym.inputs import ParameterPath
 from capsule_sym.orbits import monodromy_matrix, solve_itinerary
 from capsule_sym.results import Itinerary
+from paper.derived.parts import PARTS
 from tests.orbits.branches import hysteretic, settled, upwards
 
 EVERY = [(gamma, index) for gamma in (3.3, 3.0) for index in range(8)]
@@ -95,7 +95,7 @@ def test_what_theory_says_of_the_place(gamma: float, index: int) -> None:
 
 
 def bifurcations_of(part) -> frozenset[str]:
-    from capsule_sym._symbolic.proofs.parts import bifurcations
+    from paper.derived.parts import bifurcations
 
     return bifurcations(part)
 

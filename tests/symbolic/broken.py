@@ -19,7 +19,7 @@ if __name__ == "__main__":
 import sympy as sp
 
 from capsule_sym._symbolic.model import basis, flow, jacobian, jets
-from capsule_sym._symbolic.model.model import Linear
+from capsule_sym._symbolic.model.model import Linear, high
 from capsule_sym._symbolic.proofs import (
     basis_proofs,
     cells,
@@ -129,7 +129,9 @@ MUTATIONS = {
 """By name; scenes with more than the capsule has are put to `FURTHER` too."""
 
 FURTHER = {
-    "levels the other way": Mutation(cells, "LEVELS", cells.LEVELS[::-1], "cells"),
+    "levels the other way": Mutation(
+        flow_proofs, "LEVEL", flow_proofs.LEVEL.subs(high, 1 - high), "flow"
+    ),
     "a stop in the wrong place": Mutation(
         Linear, "stop", property(lambda one: -declaration.chosen().stops[0]), "energy"
     ),

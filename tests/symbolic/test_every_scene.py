@@ -69,15 +69,15 @@ def test_every_scene_is_proved(name: str) -> None:
 
 def test_a_scene_is_proved_in_a_process_of_its_own(tmp_path: Path) -> None:
     path = tmp_path / "report.md"
-    result = _verify("tests/scenes/pulsed.py", "--only", "cells.F12", "--out", str(path))
+    result = _verify("tests/scenes/pulsed.py", "--only", "flow.F12.field", "--out", str(path))
     assert result.returncode == 0, result.stderr
     *lines, heads, _, row = result.stdout.strip().splitlines()
     assert all(line.startswith("proved") for line in lines)
-    assert heads.split() == ["group", "about", "proved", "if", "failed", "s"]
-    assert row.split()[0] == "cells"
+    assert heads.split() == ["group", "about", "proved", "failed", "s"]
+    assert row.split()[0] == "flow"
     report = path.read_text(encoding="utf-8")
     assert "of the scene pulsed" in report
-    assert "`cells.F12.level`" in report
+    assert "`flow.F12.field.guard1`" in report
 
 
 def test_wrong_lines_are_refused_in_one_line(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from capsule_sym._symbolic.model import flow, jacobian, jets
+from capsule_sym._symbolic.model import jacobian, jets
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.proofs.flow_proofs import JET_ORDER, proofs
 from capsule_sym._symbolic.proofs.statement import Statement
@@ -50,11 +50,10 @@ def test_wrong_signs_are_refused(name: str) -> None:
 def test_every_line_of_the_derivation_is_proved() -> None:
     names = {proof.name for proof in proofs()}
     for segment in SEGMENTS:
-        states = ("x_r", "v_r") if segment.stick else ("x_r", "v_r", "v_c", "x_c", "drift_short")
-        assert names >= {f"flow.{segment.name}.{state}" for state in states}
-        assert names >= {f"flow.{segment.name}.constant.{name}" for name in flow.constants(segment)}
-        assert names >= {f"jets.{segment.name}.x2", f"jets.{segment.name}.p0"}
+        assert names >= {f"flow.{segment.name}.field.{of}" for of in ("x_r", "v_r", "v_c", "pull")}
     for kind, states in {"drift": ("x_r", "v_r", "v_c", "x_c"), "stick": ("x_r", "v_r")}.items():
+        assert names >= {f"flow.{kind}.{state}" for state in states}
+        assert names >= {f"jets.{kind}.x2", f"jets.{kind}.p0"}
         columns = map(str, jacobian.COLUMNS)
         assert names >= {f"jacobian.{kind}.{state}.{c}" for c in columns for state in states}
     assert names >= {f"jets.{symbol}" for symbol, _ in jets.jet(JET_ORDER)} - {"jets.x2", "jets.p0"}

@@ -13,8 +13,6 @@ from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.model.proof import (
     always_solvable,
     consistent,
-    evaluate,
-    example,
     implies,
     sign_under,
 )
@@ -31,6 +29,7 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
+from paper.derived.points import evaluate, example
 
 VALUES = {zeta: Fraction(1, 20), beta: Fraction(3, 2), gamma: Fraction(3), f_b: Fraction(1)}
 UNKNOWNS = (x_r, v_r, v_c, force, alpha, delta)

@@ -9,17 +9,9 @@ from itertools import islice
 import pytest
 import sympy as sp
 
-from capsule_sym._symbolic.model.enclosure import RationalFlow, first_order
-from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS
+from capsule_sym._symbolic.model.geometry import PIECES
 from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.switching import (
-    allowed_maps,
-    leaves_of,
-    line_transitions,
-    local_maps,
-    never_rests,
-    surface_transitions,
-)
+from capsule_sym._symbolic.model.switching import leaves_of, surface_transitions
 from capsule_sym._symbolic.model.symbols import (
     STATE,
     alpha,
@@ -35,6 +27,7 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
+from paper.derived.enclosure import RationalFlow, first_order
 from tests.sampling import many, sampled, some
 
 QUADRATURE = sp.Symbol("w", real=True)
@@ -52,9 +45,8 @@ def test_every_surface_is_passed() -> None:
 
 
 def test_row_of_l4_is_the_mirror_of_l1() -> None:
-    targets = {line: {t.target for t in line_transitions() if t.surface == line} for line in PIECES}
-    assert targets["L1"] == {1, 2}
-    assert targets["L4"] == {5, 6}
+    for line, targets in (("L1", {1, 2}), ("L4", {5, 6})):
+        assert {t for leaf in leaves_of(line) if leaf.arrives for t in leaf.departs} == targets
 
 
 def _random_point(name: str, generator: random.Random) -> dict[sp.Symbol, sp.Rational]:
@@ -136,20 +128,3 @@ def test_motion_goes_on_in_one_way() -> None:
         for leaf in leaves_of(name):
             assert len(leaf.departs) <= 1
             assert leaf.departs or leaf.may_depart
-
-
-def test_local_maps_are_counted_once() -> None:
-    assert len(local_maps()) == len(set(local_maps())) == 52
-
-
-def test_wide_gap_excludes_contact_from_stick() -> None:
-    for scenario in ("δ = f_b", "δ > f_b"):
-        maps = allowed_maps([SCENARIOS[scenario], zeta > 0])
-        assert not [m for m in maps if m.target == "Σ5" and m.field in (1, 2, 3)]
-        assert {m.target for m in maps if m.source == "Σ7"} == {"Σ8"}
-
-
-def test_only_forward_contact_never_rests() -> None:
-    wide = [sp.Ge(delta, f_b)]
-    assert [s.index for s in SEGMENTS if not s.stick and never_rests(s, wide)] == [4]
-    assert not never_rests(SEGMENTS[3], [])

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from functools import cache
 from math import pi
 from random import Random
-from typing import Any
 
 import pytest
 import sympy as sp
@@ -20,7 +19,8 @@ from capsule_sym import Parameters
 from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend
 from capsule_sym._map.transitions import State, select_field
 from capsule_sym._symbolic.model import symbols as s
-from capsule_sym._symbolic.model.switching import line_transitions, surface_transitions
+from capsule_sym._symbolic.model.geometry import LINES, POINTS
+from capsule_sym._symbolic.model.switching import leaves_of, surface_transitions
 
 SAMPLES = 40
 SYMBOLS = (s.alpha, s.omega, s.delta, s.zeta, s.beta, s.gamma, s.f_b, s.x_r, s.v_r, s.v_c, s.tau)
@@ -35,12 +35,11 @@ def rows() -> dict[str, list[tuple[int, Holds]]]:
     table: dict[str, list[tuple[int, Holds]]] = {}
     for row in surface_transitions():
         table.setdefault(row.surface, []).append((row.target, lambda *_: True))
-    conditions: dict[tuple[str, int, Any], Holds] = {}
-    for line in line_transitions():
-        key = (line.surface, line.target, line.condition)
-        if key not in conditions:
-            conditions[key] = sp.lambdify(SYMBOLS, sp.And(*line.condition), "math")
-            table.setdefault(line.line, []).append((line.target, conditions[key]))
+    for place in (*LINES, *POINTS):
+        for leaf in leaves_of(place):
+            holds = sp.lambdify(SYMBOLS, sp.And(*leaf.condition), "math")
+            targets = sorted(leaf.departs) if leaf.arrives else ()
+            table.setdefault(place, []).extend((target, holds) for target in targets)
     return table
 
 

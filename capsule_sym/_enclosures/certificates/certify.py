@@ -266,32 +266,31 @@ def certify_run(trajectory: Trajectory, *, max_seconds: float = math.inf) -> dic
     ['1.02752353', '-0.3684343', '0.35221837']
     """
     with Watch(checked_seconds(max_seconds)):
-        return _certified_run(trajectory)
+        given = trajectory.parameters
+        parameters = _decimals(given.scene, (getattr(given, name) for name in PARAMETERS))
+        passage = enclose_run(trajectory)
+        segments, (begin, start) = trajectory.segments, trajectory.origin
+        if segments[-1].end.phase != 0:
+            raise Unproved("certificate", "the run does not end with a period")
+        angle = Fraction(parameters["omega"]) * Fraction(exactly(begin.phase))
+        with precision(_BITS + _BITS_A_SEGMENT * len(segments)):
+            periods = int(segments[-1].end.period - begin.period)
+            total = (2 * periods * arb.pi() - ball(angle)) / ball(parameters["omega"])
+            instants = [arb(0), *passage.times, total]
+            return {
+                "kind": "run",
+                "fields": [one.field for one in segments],
+                "periods": periods,
+                "parameters": parameters,
+                "angle": _decimal_of(angle),
+                "durations": [rounded(h - g) for g, h in pairwise(instants)],
+                "states": [
+                    [_shortest(exactly(x)) for x in start],
+                    *map(_told, passage.states[1:-1]),
+                ],
+                "end": _told(passage.state),
+            }
     raise Unproved("certificate", "the time was over before every switch was proved")
-
-
-def _certified_run(trajectory: Trajectory) -> dict[str, Any]:
-    given = trajectory.parameters
-    parameters = _decimals(given.scene, (getattr(given, name) for name in PARAMETERS))
-    passage = enclose_run(trajectory)
-    segments, (begin, start) = trajectory.segments, trajectory.origin
-    if segments[-1].end.phase != 0:
-        raise Unproved("certificate", "the run does not end with a period")
-    angle = Fraction(parameters["omega"]) * Fraction(exactly(begin.phase))
-    with precision(_BITS + _BITS_A_SEGMENT * len(segments)):
-        periods = int(segments[-1].end.period - begin.period)
-        total = (2 * periods * arb.pi() - ball(angle)) / ball(parameters["omega"])
-        instants = [arb(0), *passage.times, total]
-        return {
-            "kind": "run",
-            "fields": [one.field for one in segments],
-            "periods": periods,
-            "parameters": parameters,
-            "angle": _decimal_of(angle),
-            "durations": [rounded(h - g) for g, h in pairwise(instants)],
-            "states": [[_shortest(exactly(x)) for x in start], *map(_told, passage.states[1:-1])],
-            "end": _told(passage.state),
-        }
 
 
 def _told(state: Matrix) -> list[str]:

@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from flint import arb_mat
 from numpy.typing import NDArray
 
 from capsule_sym._enclosures.numbers.balls import (
@@ -29,6 +30,7 @@ from capsule_sym._enclosures.numbers.balls import (
     spread,
     symmetric,
     thin,
+    unit,
     upper,
 )
 from capsule_sym._enclosures.orbits.shooting import BoxValues, Shooting
@@ -142,21 +144,14 @@ def enclose(shooting: Shooting, guess: Sequence[Ball], given: Mapping[int, float
     reached = np.sum(np.abs(first), axis=1, initial=0.0)
     floor = 2.0 ** -min(bits(), 900)  # of the radii: below it there are roundings only
     radii = 2 * least + 1e-3 * reached + 1e-4 * np.max(reached) + floor
-    signs = symmetric(1)
+    signs = matrix(count, 1, ((k, 0, symmetric(1)) for k in range(count)))
     for _ in range(_TRIALS):
         whole = _hull(centre, slopes, _spread(shooting.columns, solved, radii))
         wide = shooting.evaluate(whole, shooting.fields(whole))
-        by = Y * _columns(wide.by, solved)
+        by = Y * arb_mat([[row[at] for at in solved] for row in wide.by.tolist()])
         along = Y * (wide.by * slopes)
-        shrink = np.array(
-            [[upper((1 if i == j else 0) - by[i, j]) for j in range(size)] for i in range(size)]
-        )
-        moved = np.array(
-            [
-                upper(ahead[i, 0] + sum((along[i, k] * signs for k in range(count)), arb(0)))
-                for i in range(size)
-            ]
-        )
+        shrink = np.array([[upper(x) for x in row] for row in (unit(size) - by).tolist()])
+        moved = np.array([upper(x) for (x,) in (ahead + along * signs).tolist()])
         if not np.all(np.isfinite(shrink)):
             break
         image = image_of(moved, shrink, radii)
@@ -185,11 +180,3 @@ def _spread(columns: int, solved: Sequence[int], radii: np.ndarray) -> tuple[flo
     for at, radius in zip(solved, radii.tolist(), strict=True):
         found[at] = radius
     return tuple(found)
-
-
-def _columns(found: Matrix, chosen: Sequence[int]) -> Matrix:
-    return matrix(
-        found.nrows(),
-        len(chosen),
-        ((i, k, found[i, at]) for i in range(found.nrows()) for k, at in enumerate(chosen)),
-    )

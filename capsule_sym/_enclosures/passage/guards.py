@@ -8,7 +8,7 @@ vanish at an end of its segment, that root is divided out.
 from __future__ import annotations
 
 from collections.abc import Container
-from functools import cache, lru_cache
+from functools import lru_cache
 from math import ceil, comb, exp, frexp, ldexp
 
 from flint import arb_mat
@@ -19,13 +19,12 @@ from capsule_sym._enclosures.numbers.balls import (
     Unproved,
     arb,
     bits,
-    greatest,
-    matrix,
+    largest,
     precision,
-    symmetric,
     upper,
 )
 from capsule_sym._enclosures.numbers.fields import Field
+from capsule_sym._enclosures.passage.exchanges import ranges
 from capsule_sym._enclosures.passage.switches import Orders
 from capsule_sym._native import check_time
 
@@ -36,25 +35,12 @@ _DEEPEST = 30  # halvings of a piece
 _ANEW = 32  # pieces after which the state is computed from the segment's end: errors of steps grow
 
 
-@cache
-def _bernstein(degree: int) -> list[list[tuple[int, int]]]:
-    return [[(comb(j, k), comb(degree, k)) for k in range(j + 1)] for j in range(degree + 1)]
-
-
 @lru_cache(maxsize=4096)
 def _to_bernstein(degree: int, length: float, precision: int) -> Matrix:
     """The matrix from the coefficients of 1, t, t^2 ... to those in Bernstein's basis."""
-    powers = [arb(length) ** k for k in range(degree + 1)]
-    rows = _bernstein(degree)
-    return matrix(
-        degree + 1,
-        degree + 1,
-        (
-            (j, k, powers[k] * over / under)
-            for j, row in enumerate(rows)
-            for k, (over, under) in enumerate(row)
-        ),
-    )
+    all_powers = range(degree + 1)
+    scaled = [arb(length) ** k / comb(degree, k) for k in all_powers]
+    return arb_mat([[scaled[k] * comb(j, k) for k in all_powers] for j in all_powers])
 
 
 class Line:
@@ -89,15 +75,8 @@ class Line:
         found = (self._coefficients[guard] * state).tolist()[order:]
         if derivative:
             found = [[x * k for x in row] for k, row in enumerate(found)][1:]
-        degree = len(found) - 1
-        shaped = _to_bernstein(degree, length, bits()) * matrix(
-            degree + 1,
-            state.ncols(),
-            ((k, j, x) for k, row in enumerate(found) for j, x in enumerate(row)),
-        )
-        bounds = [sum((abs(x) for x in row), arb(0)) for row in state.tolist()]
-        most = greatest(bounds)
-        reach = sum((abs(x) for x in self._last[guard]), arb(0)) * most
+        shaped = _to_bernstein(len(found) - 1, length, bits()) * arb_mat(found)
+        reach = sum((abs(x) for x in self._last[guard]), arb(0)) * largest(state)
         # |y(t)| <= |y(0)| exp(norm t), and the next Taylor term takes y somewhere on the piece.
         # Of the remainder R of g, (R/t^order)' = R'/t^order - order R/t^(order + 1).
         grown = exp(self._norm * length) * (_ORDER + 1 + order if derivative else 1) * 1.0000001
@@ -118,12 +97,7 @@ class Line:
         None if the proof fails at the start itself, where shorter pieces would not help.
         """
         shaped, rest = self.polynomial(guard, order, state, length, derivative)
-        spread = matrix(
-            state.ncols(),
-            1,
-            ((k, 0, arb(1) if k == 0 else symmetric(1)) for k in range(state.ncols())),
-        )
-        values = (shaped * spread).tolist()
+        values = (shaped * ranges(state.ncols())).tolist()
         if not sign * values[0][0] > 0:
             return None
         return all(sign * row[0] > rest for row in values)

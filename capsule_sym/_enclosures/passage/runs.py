@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from decimal import Decimal
 from itertools import pairwise
 
+from flint import arb_mat
+
 from capsule_sym._enclosures.numbers.balls import (
     Ball,
     Matrix,
     Unproved,
     arb,
     ball,
-    matrix,
     precision,
 )
 from capsule_sym._enclosures.passage.exchanges import TIME, hull
@@ -65,7 +66,7 @@ def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) 
         begin, end = trajectory.origin[0], segments[-1].end
         phases = [ball(exactly(one.phase)) for one in (begin, end)]
         total = (end.period - begin.period) * period + phases[1] - phases[0]
-        start = matrix(3, 1, ((i, 0, ball(exactly(x))) for i, x in enumerate(trajectory.origin[1])))
+        start = arb_mat([[ball(exactly(x))] for x in trajectory.origin[1]])
         steps = [
             Leg(one.field, float(one.duration), guard_between(one.field, after.field))
             for one, after in pairwise(segments)
@@ -75,8 +76,4 @@ def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) 
         begun = passage.start(start, values["omega"] * phases[0])
         ends = [hull(one.ended) for one in passage.segments(begun, steps, total)]
         times = tuple(one[TIME, 0] for one in ends[:-1])
-        return EnclosedRun(times, tuple(map(_first_three, [start, *ends])))
-
-
-def _first_three(found: Matrix) -> Matrix:
-    return matrix(3, 1, ((i, 0, found[i, 0]) for i in range(3)))
+        return EnclosedRun(times, tuple(arb_mat(one.tolist()[:3]) for one in [start, *ends]))

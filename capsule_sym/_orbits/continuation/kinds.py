@@ -87,7 +87,7 @@ INITIALS = {
 def place(orbit: Orbit, segment: int) -> EventType:
     """Event at an orbit's segment of duration 0.
 
-    Lines L1 to L4 have their part too, such as L3^(2); see `symbolic.appendices`.
+    Lines L1 to L4 have their part too, such as L3^(2); see Appendix B of the paper.
     """
     itinerary, flow = orbit.itinerary, orbit.system.flows[segment]
     scene = itinerary.scene

@@ -100,33 +100,18 @@ _IN_H = {
     BW: BWd,
     BWd: B - omega**2 * BW,
 }
-_G2dd = _IN_H[G2d]
-_B2dd = _IN_H[B2d]
-_BWdd = _IN_H[BWd]
-_FORCING = (cosine, sine, versine, lag)
-_UNMOVED = dict.fromkeys(_FORCING, sp.S.Zero)
-_IN_K = {**_UNMOVED, G: -G2, Gd: -G2d, H: -H2, B: -B2, Bd: -B2d, Bdd: -_B2dd}
+# By K the derivative of 1/Q is -1/Q^2, by sigma 2 s times that; by omega that of 1/W -2 omega/W^2.
+_OVER_Q = {G: G2, Gd: G2d, H: H2, B: B2, Bd: B2d, Bdd: _IN_H[B2d]}
+_OVER_W = {cosine: h * sine / 2, sine: sine2, versine: versine2, lag: lag2, B: BW, Bd: BWd}
+_OVER_W[Bdd] = _IN_H[BWd]
+_IN_K = dict.fromkeys((cosine, sine, versine, lag), sp.S.Zero)
+_IN_K |= {name: -over for name, over in _OVER_Q.items()}
 _IN_SIGMA = {
-    **_UNMOVED,
-    G: -2 * G2d,
-    Gd: -2 * _G2dd,
-    H: -2 * G2,
-    B: -2 * B2d,
-    Bd: -2 * _B2dd,
-    Bdd: -2 * (G2d - omega**2 * B2d),
+    name: 2 * sp.Add(*(sp.diff(rule, one) * _IN_H[one] for one in rule.free_symbols & _IN_H.keys()))
+    for name, rule in _IN_K.items()
 }
-_IN_OMEGA = {
-    B: -2 * omega * BW,
-    Bd: -2 * omega * BWd,
-    Bdd: -2 * omega * _BWdd,
-    cosine: -omega * h * sine,
-    sine: -2 * omega * sine2,
-    versine: -2 * omega * versine2,
-    lag: -2 * omega * lag2,
-    G: sp.S.Zero,
-    Gd: sp.S.Zero,
-    H: sp.S.Zero,
-}
+_IN_OMEGA = dict.fromkeys((G, Gd, H), sp.S.Zero)
+_IN_OMEGA |= {name: -2 * omega * over for name, over in _OVER_W.items()}
 RULES: dict[sp.Symbol, dict[sp.Symbol, sp.Expr]] = {
     h: _IN_H,
     K: _IN_K,
@@ -269,14 +254,6 @@ def sensitivities() -> dict[sp.Symbol, sp.Expr]:
     }
 
 
-def _doubled_names() -> tuple[Family, Family]:
-    names = (G, Gd, H, B, Bd, Bdd, cosine, sine, G2, G2d, H2, B2, B2d, BW, BWd, sine2)
-    return (
-        {name: sp.Symbol(f"{name}_1", real=True) for name in names},
-        {name: sp.Symbol(f"{name}_2", real=True) for name in names},
-    )
-
-
 def double() -> dict[sp.Symbol, sp.Expr]:
     """Response functions of 2 h in those of h, by the addition theorem."""
     same = {name: name for name in (G, Gd, H, B, Bd, Bdd, cosine, sine)}
@@ -288,27 +265,9 @@ def double_sensitivities() -> dict[sp.Symbol, sp.Expr]:
 
     The addition theorem is differentiated with respect to K and omega, both durations at once.
     """
-    first, second = _doubled_names()
-    total = add(first, second)
-    back = {symbol: name for names in (first, second) for name, symbol in names.items()}
-
-    def differentiated(name: sp.Symbol, variable: sp.Symbol) -> sp.Expr:
-        expression = total[name]
-        result = sp.diff(expression, variable)
-        for names in (first, second):
-            for base, symbol in names.items():
-                if symbol in expression.free_symbols:
-                    rule = RULES[variable].get(base, sp.S.Zero)
-                    result += sp.diff(expression, symbol) * rule.xreplace(names)
-        return sp.expand(result.xreplace(back))
-
-    return {
-        G2: -differentiated(G, K),
-        G2d: -differentiated(Gd, K),
-        H2: -differentiated(H, K),
-        B2: -differentiated(B, K),
-        B2d: -differentiated(Bd, K),
-        BW: sp.expand(-differentiated(B, omega) / (2 * omega)),
-        BWd: sp.expand(-differentiated(Bd, omega) / (2 * omega)),
-        sine2: sp.expand(-differentiated(sine, omega) / (2 * omega)),
-    }
+    whole = double()
+    by_K = {G2: G, G2d: Gd, H2: H, B2: B, B2d: Bd}
+    by_omega = {BW: B, BWd: Bd, sine2: sine}
+    found = {of: -derivative(whole[name], K) for of, name in by_K.items()}
+    found |= {of: -derivative(whole[name], omega) / (2 * omega) for of, name in by_omega.items()}
+    return {name: sp.expand(form) for name, form in found.items()}

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
 from itertools import combinations, product
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import sympy as sp
 from sympy.polys.rings import PolyElement, ring
@@ -85,44 +85,6 @@ class Comparison:
     polynomial: PolyElement
     kind: Kind
 
-    def __hash__(self) -> int:
-        return self._hash
-
-    @cached_property
-    def _hash(self) -> int:
-        return hash((self.polynomial, self.kind))
-
-    @cached_property
-    def _slopes(self) -> dict[sp.Symbol, PolyElement]:
-        return {}
-
-    @cached_property
-    def _signs(self) -> dict[sp.Symbol, Sign | None]:
-        return {}
-
-    def slope(self, symbol: sp.Symbol) -> PolyElement:
-        """Coefficient of a variable, in which the constraint is linear."""
-        if symbol in self._slopes:
-            return self._slopes[symbol]
-        position = _POSITION[symbol]
-        terms = {}
-        for powers, coefficient in self.polynomial.items():
-            if powers[position] > 1:
-                raise Undecided(self.polynomial, symbol)
-            if powers[position]:
-                terms[_without(powers, position)] = coefficient
-        self._slopes[symbol] = slope = _RING.from_dict(terms)
-        return slope
-
-    def slope_sign(self, symbol: sp.Symbol) -> Sign | None:
-        """Sign of that coefficient, None where the ranges of the parameters do not fix it."""
-        if symbol not in self._signs:
-            try:
-                self._signs[symbol] = _sign(self.slope(symbol))
-            except Undecided:
-                self._signs[symbol] = None
-        return self._signs[symbol]
-
     @cached_property
     def _support(self) -> frozenset[int]:
         return frozenset(i for powers in self.polynomial for i, n in enumerate(powers) if n)
@@ -133,17 +95,12 @@ class Comparison:
 
     def at(self, values: Mapping[sp.Symbol, Fraction | int]) -> Comparison:
         """Constraint with numbers in place of some symbols."""
-        numbers = [(_POSITION[s], _rational(v)) for s, v in values.items() if self.involves(s)]
-        if not numbers:
-            return self
-        terms: dict[tuple[int, ...], Any] = {}
-        for powers, coefficient in self.polynomial.items():
-            for position, number in numbers:
-                if powers[position]:
-                    coefficient *= number ** powers[position]
-                    powers = _without(powers, position)
-            terms[powers] = terms.get(powers, 0) + coefficient
-        return Comparison(_RING.from_dict(terms), self.kind)
+        numbers = [
+            (_GENERATOR[s], sp.QQ(v.numerator, v.denominator))  # not each type takes a Fraction
+            for s, v in values.items()
+            if self.involves(s)
+        ]
+        return Comparison(self.polynomial.subs(numbers), self.kind) if numbers else self
 
     def holds(self) -> bool:
         """True if a constraint without variables holds."""
@@ -167,15 +124,6 @@ class Comparison:
         return [Comparison(negative, ">=" if self.kind == ">" else ">")]
 
 
-def _rational(value: Fraction | int) -> Any:
-    """Element of the number ring; not every rational type of SymPy accepts a Fraction."""
-    return sp.QQ(value.numerator, value.denominator)
-
-
-def _without(powers: tuple[int, ...], position: int) -> tuple[int, ...]:
-    return (*powers[:position], 0, *powers[position + 1 :])
-
-
 def _sign(polynomial: PolyElement) -> Sign:
     signs = {1 if coefficient > 0 else -1 for coefficient in polynomial.values()}
     if len(signs) == 2 or any(any(powers[: len(VARIABLES)]) for powers in polynomial):
@@ -183,6 +131,24 @@ def _sign(polynomial: PolyElement) -> Sign:
     if not polynomial:
         return 0
     return 1 if signs == {1} else -1
+
+
+@cache
+def slope_of(constraint: Comparison, symbol: sp.Symbol) -> PolyElement:
+    """Coefficient of a variable, in which a constraint is linear."""
+    polynomial, generator = constraint.polynomial, _GENERATOR[symbol]
+    if polynomial.degree(generator) > 1:
+        raise Undecided(polynomial, symbol)
+    return polynomial.diff(generator)
+
+
+@cache
+def _slope_sign(constraint: Comparison, symbol: sp.Symbol) -> Sign | None:
+    """Sign of that coefficient, None where the ranges of the parameters do not fix it."""
+    try:
+        return _sign(slope_of(constraint, symbol))
+    except Undecided:
+        return None
 
 
 @cache
@@ -201,11 +167,8 @@ def constraint_of(relation: Relation) -> Comparison:
         return Comparison(_RING.one if relation == sp.true else -_RING.one, ">")
     if isinstance(relation, sp.Eq):
         return Comparison(_polynomial(relation.lhs - relation.rhs), "==")
-    if isinstance(relation, (sp.StrictGreaterThan, sp.StrictLessThan)):
-        return Comparison(_polynomial(relation.gts - relation.lts), ">")
-    if isinstance(relation, (sp.GreaterThan, sp.LessThan)):
-        return Comparison(_polynomial(relation.gts - relation.lts), ">=")
-    raise TypeError(f"not a relation that can be decided: {relation}")
+    strict = isinstance(relation, (sp.StrictGreaterThan, sp.StrictLessThan))
+    return Comparison(_polynomial(relation.gts - relation.lts), ">" if strict else ">=")
 
 
 _a, _u = (_GENERATOR[symbol] for symbol in (alpha, force))
@@ -229,7 +192,7 @@ The level of pulses, a symbol of its own, is unbounded.
 def _pivot(symbol: sp.Symbol, constraints: Iterable[Comparison]) -> Comparison | None:
     """Equation that can be solved for the symbol."""
     for constraint in constraints:
-        if constraint.kind == "==" and constraint.slope_sign(symbol):
+        if constraint.kind == "==" and _slope_sign(constraint, symbol):
             return constraint
     return None
 
@@ -241,8 +204,8 @@ def _without_symbol(symbol: sp.Symbol, one: Comparison, other: Comparison) -> Co
 
     The first is an equation, or its slope is positive and the other's is negative.
     """
-    slope, sign = one.slope(symbol), one.slope_sign(symbol)
-    rest = slope * other.polynomial - other.slope(symbol) * one.polynomial
+    slope, sign = slope_of(one, symbol), _slope_sign(one, symbol)
+    rest = slope * other.polynomial - slope_of(other, symbol) * one.polynomial
     kinds = (one.kind, other.kind)
     if one.kind == "==":
         return Comparison(sign * rest, other.kind)
@@ -258,10 +221,10 @@ def _eliminate(symbol: sp.Symbol, constraints: Iterable[Comparison]) -> list[Com
     if pivot := _pivot(symbol, involved):
         others = (constraint for constraint in involved if constraint is not pivot)
         return kept + [_without_symbol(symbol, pivot, other) for other in others]
-    if not all(constraint.slope_sign(symbol) for constraint in involved):
+    if not all(_slope_sign(constraint, symbol) for constraint in involved):
         raise Undecided(involved, symbol)
-    lower = [constraint for constraint in involved if constraint.slope_sign(symbol) == 1]
-    upper = [constraint for constraint in involved if constraint.slope_sign(symbol) == -1]
+    lower = [constraint for constraint in involved if _slope_sign(constraint, symbol) == 1]
+    upper = [constraint for constraint in involved if _slope_sign(constraint, symbol) == -1]
     return kept + [_without_symbol(symbol, *pair) for pair in product(lower, upper)]
 
 
@@ -272,7 +235,7 @@ def _order(constraints: list[Comparison], symbols: list[sp.Symbol]) -> sp.Symbol
         involved = [constraint for constraint in constraints if constraint.involves(symbol)]
         if _pivot(symbol, involved):
             return symbol
-        if all(c.kind != "==" and c.slope_sign(symbol) for c in involved):
+        if all(c.kind != "==" and _slope_sign(c, symbol) for c in involved):
             costs.append((len(involved), index))
     if not costs:
         if any(_opposed(*pair) for pair in combinations(constraints, 2)):

@@ -23,7 +23,6 @@ from capsule_sym._symbolic.model import basis
 from capsule_sym._symbolic.model.basis import K, W, s, sigma
 from capsule_sym._symbolic.model.model import (
     DRIVE,
-    FORCING,
     LEVEL,
     LOAD,
     PULL,
@@ -31,6 +30,7 @@ from capsule_sym._symbolic.model.model import (
     Linear,
     P,
     friction_of,
+    high,
     kappa,
 )
 from capsule_sym._symbolic.model.symbols import (
@@ -57,28 +57,6 @@ STIFFNESS, DAMPER = sp.diff(P, x_r), sp.diff(P, v_r)  # P's parts in x_r and in 
 
 spring = sp.Symbol("spring", real=True)  # the interaction force at the start less the damper's
 margin = sp.Symbol("margin", real=True)  # pull on the capsule minus `friction` at the start
-
-
-def constants(segment: Linear) -> dict[sp.Symbol, sp.Expr]:
-    """Constants m, kappa, push, friction, sigma and K of a segment, read off its field.
-
-    With two stops, the place of the segment's stop is one more.
-    """
-    _, acceleration, capsule = segment.field
-    unforced = sp.expand(acceleration).subs(FORCING, 0)
-    inertia = sp.cancel(unforced.coeff(v_r) / -DAMPER)
-    rest = sp.expand(unforced + inertia * segment.interaction)
-    held = sp.expand(gamma * capsule - (0 if segment.stick else segment.pull))
-    own = {stop: segment.stop} if stop not in PARAMETERS else {}
-    return {
-        m: inertia,
-        kappa: sp.solve(sp.diff(segment.interaction, x_r) - STIFFNESS, kappa)[0],
-        push: rest,
-        friction: -held,
-        sigma: sp.expand(-unforced.coeff(v_r) / 2),
-        K: sp.factor(-unforced.coeff(x_r)),
-        **own,
-    }
 
 
 # Definitions that keep x_r - stop together: near the impact surface it is small and exact.
@@ -188,3 +166,10 @@ def general_constants(stick: bool) -> dict[sp.Symbol, sp.Expr]:
         K: inertia * STIFFNESS.subs(kappa, STIFF),
         **({stop: PLACE} if stop not in PARAMETERS else {}),
     }
+
+
+def constants(segment: Linear) -> dict[sp.Symbol, sp.Expr]:
+    """Constants of a segment; with two stops, the place of the segment's stop is one of them."""
+    mode = {contact: segment.contact, drift: segment.drift, high: 1 - segment.level}
+    general = general_constants(segment.stick)
+    return {name: sp.sympify(value).subs(mode) for name, value in general.items()}

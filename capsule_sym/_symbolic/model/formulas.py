@@ -7,14 +7,12 @@ magnitude. A value summed from these terms has an error of a few units of its si
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 from typing import TypeAlias
 
 import sympy as sp
 
-from capsule_sym._symbolic.model import geometry
+from capsule_sym._symbolic.model import geometry, jets
 from capsule_sym._symbolic.model.basis import K, Q, W, s, sigma
-from capsule_sym._symbolic.model.elimination import GAPS
 from capsule_sym._symbolic.model.flow import (
     DAMPER,
     PLACE,
@@ -34,10 +32,7 @@ from capsule_sym._symbolic.model.flow import (
 )
 from capsule_sym._symbolic.model.jets import at_angle, drive, forcing, gap, reaction, with_gap
 from capsule_sym._symbolic.model.model import (
-    ANY_LEVEL,
-    BACKWARD,
     DRIVE,
-    FORWARD,
     LEVEL,
     LOAD,
     PULL,
@@ -52,7 +47,6 @@ from capsule_sym._symbolic.model.model import (
     segment,
 )
 from capsule_sym._symbolic.model.symbols import (
-    MODEL,
     PARAMETERS,
     PULSED,
     PULSES,
@@ -103,17 +97,13 @@ class Formula:
             terms = map(sp.Abs, sp.Add.make_args(sp.expand(LOAD + SHARE * LEVEL)))
             signed[push] = sp.Abs(friction) / gamma + sp.Add(*terms)
         magnitudes = {a: sp.Symbol(a.name, nonnegative=True) for a in self.arguments}
-
-        def positive(expression: sp.Expr) -> sp.Expr:
-            terms = sp.Add.make_args(sp.expand_mul(expression))
-            total = sp.Add(*(abs(t.subs({**magnitudes, **ones})) for t in terms))
-            return total.xreplace({abs(name): size for name, size in signed.items()})
-
+        sizes = {abs(name): size for name, size in signed.items()}
+        known = {**magnitudes, **ones}
         return Formula(
             f"{self.name}_size",
             f"Magnitudes of the terms of `{self.name}`, added up.",
             tuple(magnitudes[a] for a in self.arguments if a not in ones),
-            tuple((name, positive(value)) for name, value in self.results),
+            tuple((name, jets.size_of(one, known).xreplace(sizes)) for name, one in self.results),
         )
 
 
@@ -260,53 +250,13 @@ def _rate_of(wave: sp.Expr) -> sp.Expr:
     return omega * wave.subs(cos_theta, -sin_theta)
 
 
-def places() -> dict[tuple[int, int, int, int], str]:
-    """Surface, line or corner point by the signs of v_c, the gap and v_r, and by the excess of Q.
-
-    Of two stops the gap's sign is -2 on the one behind, and -3 beyond it. The last number is 3 (-3)
-    for Q beyond its bound, 2 (-2) for Q on it, else 0; the sign is Q's.
-    Off rest it has no meaning and is 0. A corner point on L9 is named before a line, O1 before O3.
-    """
-    levels = {3: 2 * FORWARD, 2: FORWARD, 0: sp.S.Zero, -2: -BACKWARD, -3: -2 * BACKWARD}
-    force = sp.Symbol("P_3", real=True)
-    order = geometry.POINTS
-    pieces = [geometry.PIECES[n] for n in order] + [
-        p for name, p in geometry.PIECES.items() if name not in order
-    ]
-    places = (0, 1, -1) if len(MODEL.stops) == 1 else (0, 1, -1, -2, -3)
-    found = {}
-    for v_c_sign, side, speed, level in product((0, 1, -1), places, (0, 1, -1), levels):
-        if v_c_sign and level:
-            continue
-        contact = 1 if side > 0 else 2 if side == -3 else 0
-        model = ANY_LEVEL[3 * contact + 1].pull
-        for piece in pieces:
-            values = {v_c: v_c_sign, v_r: speed, x_r: 1 + side, **dict.fromkeys(GAPS, 1)}
-            relations = [r.subs(model, force) for r in piece.relations]
-            if any(force not in r.free_symbols and _in_force(r) for r in relations):
-                continue
-            if all(bool(r.subs({**values, force: levels[level]}).simplify()) for r in relations):
-                found[v_c_sign, side, speed, level] = piece.name
-                break
-    return found
-
-
-def _in_force(relation: sp.Basic) -> bool:
-    """True if a relation constrains the pull on the other side."""
-    return len(relation.free_symbols & {x_r, v_r}) == 2
-
-
 def impact_planes() -> dict[tuple[int, int, int], int]:
     """Number of the plane of impact by the stop and the signs of v_c and v_r, Eq. (24).
 
-    They come after those at rest.
+    They come after those at rest, in the order of the surfaces.
     """
-    more = len(SEGMENTS) - len(ANY_LEVEL)
-    return {
-        (1 if side == 0 else 2, v_c_sign, speed): int(name[1:]) + more
-        for (v_c_sign, side, speed, _), name in places().items()
-        if v_c_sign and side in (0, -2) and speed and name[0] == "S"
-    }
+    found = {signs: len(SEGMENTS) + n for n, signs in enumerate(geometry.IMPACTS, start=1)}
+    return dict(sorted(found.items(), key=lambda one: (-one[0][1], one[0][0], -one[0][2])))
 
 
 def edge_planes() -> tuple[int, ...]:

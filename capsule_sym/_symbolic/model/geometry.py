@@ -24,18 +24,9 @@ from capsule_sym._symbolic.model.model import (
     P2,
     Q3,
     REACTS,
-    segment,
 )
 from capsule_sym._symbolic.model.proof import consistent, implies
-from capsule_sym._symbolic.model.symbols import MODEL, STATE, front, v_r
-
-_FRONT = next(one for one in MODEL.parameters if one.symbol == front)
-SCENARIOS: dict[str, Relation] = {
-    f"{_FRONT.letter} < {FORWARD}": sp.Lt(front, FORWARD),
-    f"{_FRONT.letter} = {FORWARD}": sp.Eq(front, FORWARD),
-    f"{_FRONT.letter} > {FORWARD}": sp.Gt(front, FORWARD),
-}
-"""The three positions of the corner O1 (Fig. 2b-d)."""
+from capsule_sym._symbolic.model.symbols import MODEL, STATE, v_r
 
 
 @dataclass(frozen=True)
@@ -48,7 +39,7 @@ class StateSet:
     @property
     def closure(self) -> StateSet:
         """The closed set of the same relations; the closure of the piece unless it is empty."""
-        return StateSet(f"cl {self.name}", tuple(map(_closed, self.relations)))
+        return StateSet(f"cl {self.name}", tuple(one.weak for one in self.relations))
 
     @property
     def latex(self) -> str:
@@ -62,22 +53,9 @@ class StateSet:
         return all(implies(hypotheses, r.subs(place)) for r in self.relations)
 
 
-def _closed(relation: Relation) -> Relation:
-    if isinstance(relation, sp.StrictGreaterThan):
-        return sp.Ge(relation.lhs, relation.rhs)
-    return (
-        sp.Le(relation.lhs, relation.rhs) if isinstance(relation, sp.StrictLessThan) else relation
-    )
-
-
 def empty(piece: StateSet, hypotheses: Iterable[Relation] = ()) -> bool:
     """True if the piece holds no state under the hypotheses."""
     return not consistent([*piece.relations, *hypotheses])
-
-
-def disjoint(first: StateSet, second: StateSet, hypotheses: Iterable[Relation] = ()) -> bool:
-    """True if two pieces have no state in common under the hypotheses."""
-    return not consistent([*first.relations, *second.relations, *hypotheses])
 
 
 def meets(piece: StateSet, point: StateSet, hypotheses: Iterable[Relation]) -> bool:
@@ -96,6 +74,10 @@ _RISING = sp.Gt(v_r, 0)
 _FALLING = sp.Lt(v_r, 0)
 _FORWARD = sp.Gt(P1, 0)
 _BACKWARD = sp.Lt(P1, 0)
+
+
+IMPACTS = tuple(product(range(1, len(MODEL.stops) + 1), (1, -1), (1, -1)))
+"""Stop and signs of v_c and v_r of each surface of impacts of a moving capsule, in their order."""
 
 
 def _ahead(force: sp.Expr) -> Relation:
@@ -120,8 +102,9 @@ def _surfaces() -> Iterator[tuple[Relation, ...]]:
     for side, force in zip(_SIDES, _FORCES, strict=True):
         for levels in ((_ahead(force),), _within(force), (_behind(force),)):
             yield (_REST, *side, *levels)
-    for plane, way, speed in product(_PLANES, (_FORWARD, _BACKWARD), (_RISING, _FALLING)):
-        yield way, plane, speed
+    ways, speeds = {1: _FORWARD, -1: _BACKWARD}, {1: _RISING, -1: _FALLING}
+    for stop, way, speed in IMPACTS:
+        yield ways[way], _PLANES[stop - 1], speeds[speed]
 
 
 def _lines() -> Iterator[tuple[Relation, ...]]:
@@ -158,21 +141,3 @@ PIECES: dict[str, StateSet] = {piece.name: piece for pieces in _PARTS for piece 
 """Surfaces, lines and points by name; with one stop S1-S10, L1-L10 and O1-O3."""
 
 SURFACES, LINES, POINTS = (tuple(piece.name for piece in pieces) for pieces in _PARTS)
-
-
-def lines_at(corner: str, hypotheses: Iterable[Relation]) -> frozenset[str]:
-    """Lines whose closure contains a corner under hypotheses on the parameters."""
-    hypotheses = list(hypotheses)
-    return frozenset(name for name in LINES if meets(PIECES[name], PIECES[corner], hypotheses))
-
-
-def cell(index: int) -> StateSet:
-    """Interior of subspace Omega `index`, where field F`index` alone acts."""
-    field = segment(index)
-    side = _SIDES[field.contact]
-    if field.stick:
-        return StateSet(f"cell {index}", (_REST, *side, *_within(field.pull)))
-    return StateSet(f"cell {index}", (_FORWARD if field.drift > 0 else _BACKWARD, *side))
-
-
-CELLS: tuple[StateSet, ...] = tuple(cell(one.index) for one in ANY_LEVEL)

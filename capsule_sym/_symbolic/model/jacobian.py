@@ -45,27 +45,18 @@ _ANGLE_RULES = {cos_theta: -sin_theta, sin_theta: cos_theta}
 
 def _total(expression: sp.Expr, column: sp.Symbol, stick: bool) -> sp.Expr:
     """Total derivative through response functions, segment constants and the start."""
-    constants = general_constants(stick)
-    result = sp.diff(expression, column)
-    if column is theta:
-        for name, rule in _ANGLE_RULES.items():
-            result += sp.diff(expression, name) * rule
-    by_spring = sp.diff(expression, spring)
-    result += by_spring * sp.diff(SPRING, column)
-    result += by_spring * (x_r - stop) * sp.diff(constants[kappa], column)
-    if stop is not front:
-        result += by_spring * sp.diff(SPRING, stop) * sp.diff(constants[stop], column)
-    for constant in (m, kappa, push, friction):
-        result += sp.diff(expression, constant) * sp.diff(constants[constant], column)
-    moving = {K: sp.diff(constants[K], column), sigma: sp.diff(constants[sigma], column)}
+    rates = {name: sp.diff(one, column) for name, one in general_constants(stick).items()}
+    moving = {variable: rates[variable] for variable in (K, sigma)}
     moving |= {variable: sp.Integer(1) for variable in (h, omega) if variable is column}
+    parts = [(name, rates[name]) for name in (m, kappa, push, friction, K, sigma)]
+    parts += [(spring, sp.diff(SPRING, column)), (spring, (x_r - stop) * rates[kappa])]
+    parts += [(spring, sp.diff(SPRING, stop) * rates[stop])] if stop is not front else []
+    parts += _ANGLE_RULES.items() if column is theta else []
+    total = sp.diff(expression, column) + sum(sp.diff(expression, a) * b for a, b in parts)
     for name in sorted(expression.free_symbols & basis.IMAGES.keys(), key=str):
         for variable, rate in moving.items():
-            rule = basis.RULES[variable][name]
-            result += sp.diff(expression, name) * rule * rate
-    for constant in (K, sigma):
-        result += sp.diff(expression, constant) * moving[constant]
-    return result
+            total += sp.diff(expression, name) * basis.RULES[variable][name] * rate
+    return total
 
 
 @lru_cache(maxsize=2)

@@ -7,6 +7,8 @@ capsule, linear in x_r, v_r and a drive that reacts, gives those of v_c' = (Q - 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import sympy as sp
 
 from capsule_sym._symbolic.model.basis import K, sigma
@@ -95,9 +97,10 @@ def magnitudes(steps: list[tuple[sp.Symbol, sp.Expr]]) -> list[tuple[sp.Symbol, 
     derived = [target for target, _ in steps if not target.name.startswith("drive")]
     for name in [x_r, v_r, gap, *derived]:
         bound[name] = sp.Symbol(f"abs_{name}", nonnegative=True)
+    return [(bound.get(target, target), size_of(one, bound)) for target, one in steps]
 
-    def positive(expression: sp.Expr) -> sp.Expr:
-        terms = sp.Add.make_args(sp.expand_mul(expression))
-        return sp.Add(*(abs(term.subs(bound)) for term in terms))
 
-    return [(bound.get(target, target), positive(expression)) for target, expression in steps]
+def size_of(expression: sp.Expr, bound: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    """Sum of the magnitudes of the terms of an expression, by bounds on its symbols."""
+    terms = sp.Add.make_args(sp.expand_mul(expression))
+    return sp.Add(*(abs(term.subs(bound)) for term in terms))

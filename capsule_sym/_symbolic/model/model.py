@@ -18,12 +18,9 @@ from capsule_sym._symbolic.model.symbols import (
     MODEL,
     PULSED,
     PULSES,
-    alpha,
     force,
     gamma,
-    omega,
     stop,
-    tau,
     v_c,
     v_r,
     x_r,
@@ -56,8 +53,6 @@ high = sp.Symbol("high", nonnegative=True)  # 1 while pulses are at their high l
 LEVELS: tuple[sp.Expr, ...] = (PULSES.amplitude, PULSES.low) if PULSES else (sp.S.Zero,)
 """Levels of pulses, the high one first; 0 if no part of the drive is constant in a field."""
 ANY = -1  # level
-FORCING = sp.S.Zero if PULSED else alpha * sp.cos(omega * tau)
-"""Drive that varies within a segment."""
 LEVEL = LEVELS[0] * high + LEVELS[1] * (1 - high) if PULSED else sp.S.Zero
 """Level of pulses in a segment: each is multiplied by 0 or 1, which is exact."""
 STEADY = LOAD + LEVEL

@@ -1,4 +1,4 @@
-"""Switching mechanisms on surfaces and lines, and the local maps they allow: Tables 1, 2 and 3.
+"""Switching mechanisms on surfaces and lines: Tables 1 and 2.
 
 A trajectory of a field arrives at a boundary point from the field's cell, or leaves it into the
 cell, according to the first non-vanishing time derivative of each function that bounds the cell
@@ -7,10 +7,7 @@ the paper's inner products of normals and fields, Eqs. (16)-(23), and the next o
 are decided by `proof`; where a sign depends on state, time or parameters, the point is split into
 the three cases, and each part keeps its condition.
 
-Sources and targets of every surface and line follow, and from them the local maps
-P_{target, field, source}. A plane Sigma_1..Sigma_6 holds the points at which the capsule is at
-rest and the motion continues with field F1..F6; Sigma_7..Sigma_10 hold the impacts of a moving
-capsule. The run-time switching table is emitted from here.
+Sources and targets of every surface and line follow.
 """
 
 from __future__ import annotations
@@ -27,12 +24,11 @@ from capsule_sym._symbolic.model.geometry import (
     LINES,
     PIECES,
     POINTS,
-    SCENARIOS,
     SURFACES,
     StateSet,
 )
-from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, REACTS, Linear, P
-from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
+from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, REACTS, Linear
+from capsule_sym._symbolic.model.proof import consistent, sign_under
 from capsule_sym._symbolic.model.symbols import (
     MODEL,
     STATE,
@@ -52,36 +48,11 @@ _ORDERS_OF_FORCE = 2
 
 @dataclass(frozen=True)
 class Transition:
-    """On a surface, line or corner, trajectories from Omega_source continue in Omega_target.
-
-    On a line or corner point (Table 2) that is where the condition holds.
-    """
+    """On a surface, trajectories from Omega_source continue in Omega_target."""
 
     source: int
     surface: str
     target: int
-    condition: tuple[Relation, ...] = ()
-
-
-@dataclass(frozen=True, order=True)
-class LocalMap:
-    """P_{target, F field, source}: field `field` from a source plane to a target plane (Table 3).
-
-    Planes are named Σ1 to Σ10.
-    """
-
-    target: str
-    field: int
-    source: str
-
-    def __str__(self) -> str:
-        return f"P_{{{self.target},F{self.field},{self.source}}}"
-
-    @property
-    def formula(self) -> str:
-        """The map in LaTeX."""
-        target, source = (rf"\Sigma_{{{plane[1:]}}}" for plane in (self.target, self.source))
-        return f"P_{{{target},F_{self.field},{source}}}"
 
 
 @dataclass(frozen=True)
@@ -225,115 +196,10 @@ def leaves_of(name: str) -> tuple[Leaf, ...]:
 
 def surface_transitions() -> tuple[Transition, ...]:
     """Table 1, derived: sources and targets of trajectories on each surface."""
-    return tuple(one for one in _transitions(SURFACES) if one.source != one.target)
-
-
-def line_transitions() -> tuple[Transition, ...]:
-    """Table 2, derived: the same for lines and corner points, with the condition of each row.
-
-    Rows with equal source and target are contacts without a switch (a graze).
-    """
-    return tuple(_transitions((*LINES, *POINTS)))
-
-
-def _transitions(names: Iterable[str]) -> Iterator[Transition]:
-    for name in names:
-        for leaf in leaves_of(name):
-            for source, target in product(sorted(leaf.arrives), sorted(leaf.departs)):
-                yield Transition(source, name, target, leaf.condition)
-
-
-@dataclass(frozen=True)
-class _Event:
-    """A leaf's switch: the plane it lies on, the field before it and the field after it."""
-
-    plane: str
-    before: int
-    after: int
-    at_rest: bool
-    relations: tuple[Relation, ...]
-
-
-def _switches(may: bool) -> Iterator[_Event]:
-    """Switches on all pieces; with `may`, also those that higher derivatives decide."""
-    impacts = {(t.source, t.target): t.surface for t in surface_transitions()}
-    for name, piece in PIECES.items():
-        rest = implies(piece.relations, sp.Eq(v_c, 0))
-        for leaf in leaves_of(name):
-            sources, targets = leaf.arrives, leaf.departs
-            if may:
-                sources, targets = leaf.may_arrive, leaf.may_depart
-            for source, target in product(sorted(sources), sorted(targets)):
-                if source != target:
-                    plane = f"Σ{target}" if rest else impacts[source, target].replace("S", "Σ")
-                    relations = (*piece.relations, *leaf.condition)
-                    yield _Event(plane, source, target, rest, relations)
-
-
-@cache
-def _events() -> tuple[_Event, ...]:
-    return tuple(_switches(may=False))
-
-
-def end_planes() -> frozenset[tuple[int, str]]:
-    """Fields with the planes on which they may end, undecided higher derivatives included."""
-    return frozenset((one.before, one.plane) for one in _switches(may=True))
-
-
-def momentum(field: Linear) -> sp.Expr:
-    """Capsule's velocity in the direction of drift, without the damper's part.
-
-    Its rate along a drift field contains springs and friction only; the damper's impulse
-    2 zeta (x_r - stop) / gamma is subtracted.
-    """
-    return field.drift * (v_c - P.diff(v_r) * (x_r - field.stop) / gamma)
-
-
-def never_rests(field: Linear, hypotheses: Iterable[Relation]) -> bool:
-    """True if a drift that begins at an impact of the moving capsule cannot end at rest.
-
-    That holds if `momentum` is positive at the impact, never decreases in the cell, and is not
-    positive where the capsule is at rest.
-    """
-    *sides, speed = field.guards
-    if len(sides) > 1:  # it may begin at either stop
-        return False
-    (side,) = sides
-    hypotheses = list(hypotheses)
-    held = momentum(field)
-    return (
-        implies([*hypotheses, sp.Eq(side, 0), speed > 0], held > 0)
-        and implies([*hypotheses, side >= 0], time_derivative(held, field) >= 0)
-        and implies([*hypotheses, side >= 0, sp.Eq(speed, 0)], held <= 0)
+    return tuple(
+        Transition(source, name, target)
+        for name in SURFACES
+        for leaf in leaves_of(name)
+        for source, target in product(sorted(leaf.arrives), sorted(leaf.departs))
+        if source != target
     )
-
-
-def allowed_maps(hypotheses: Iterable[Relation]) -> frozenset[LocalMap]:
-    """Local maps that nothing excludes under the hypotheses on the parameters."""
-    hypotheses = list(hypotheses)
-    possible = [e for e in _events() if consistent([*e.relations, *hypotheses])]
-    barred = {
-        field.index for field in ANY_LEVEL if not field.stick and never_rests(field, hypotheses)
-    }
-    return frozenset(
-        LocalMap(target=end.plane, field=end.before, source=start.plane)
-        for end in possible
-        for start in possible
-        if start.after == end.before
-        and not (end.before in barred and end.at_rest and not start.at_rest)
-    )
-
-
-@cache
-def local_maps() -> tuple[LocalMap, ...]:
-    """Table 3, derived: the local maps that occur for some parameters, in the paper's order.
-
-    A map takes a field from a plane where it can begin to a plane where it can end. Witnesses of
-    `reachability` show that each of them occurs.
-    """
-    maps = frozenset[LocalMap]().union(*(allowed_maps([r]) for r in SCENARIOS.values()))
-    return tuple(sorted(maps, key=_table_order))
-
-
-def _table_order(local_map: LocalMap) -> tuple[int, int, int]:
-    return local_map.field, int(local_map.source[1:]), int(local_map.target[1:])

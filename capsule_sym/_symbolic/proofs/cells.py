@@ -18,15 +18,13 @@ from capsule_sym._symbolic.model.model import (
     ANY_LEVEL,
     BACKWARD,
     FORWARD,
-    LEVELS,
     PULL,
-    SEGMENTS,
     Linear,
     P,
     kappa,
 )
 from capsule_sym._symbolic.model.proof import consistent, implies, negations
-from capsule_sym._symbolic.model.symbols import MODEL, PULSED, force, stop, v_c, x_r
+from capsule_sym._symbolic.model.symbols import MODEL, stop, v_c, x_r
 from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 
 Guards = tuple[sp.Expr, ...]
@@ -45,6 +43,10 @@ def cell(field: Linear) -> StateSet:
     held = PULL.subs({kappa: field.region.stiffness, stop: place})
     ways = {1: [v_c > 0], 0: [sp.Eq(v_c, 0), held < FORWARD, held > -BACKWARD], -1: [v_c < 0]}
     return StateSet(f"cell of {field.name}", (*sides[field.contact], *ways[field.drift]))
+
+
+CELLS = tuple(map(cell, ANY_LEVEL))
+"""Cells of the fields, for any level of the drive."""
 
 
 def bound_cell(field: Linear, guards: Guards) -> bool:
@@ -117,14 +119,6 @@ def resists(field: Linear, friction: sp.Expr) -> bool:
     return implies(cell(field).relations, friction * field.drift < 0)
 
 
-def at_level(field: Linear, claim: tuple[sp.Expr, ...]) -> bool:
-    """Check that rates and guards are those for any force, at the field's level."""
-    kind = ANY_LEVEL[(field.index - 1) % len(ANY_LEVEL)]
-    expected = [one.subs(force, LEVELS[field.level]) for one in (*kind.field, *kind.guards)]
-    pairs = zip(claim, expected, strict=False)
-    return len(claim) == len(expected) and all(vanishes(a - b) for a, b in pairs)
-
-
 def _of(field: Linear) -> Iterator[Statement]:
     name, guards = field.name, field.guards
     place = f"cell of {name}"
@@ -169,38 +163,24 @@ def _of(field: Linear) -> Iterator[Statement]:
 @cache
 def items() -> tuple[Statement, ...]:
     """All statements about the cells of the fields."""
-    cells = tuple(map(cell, ANY_LEVEL))
     found = [
         Statement(
             "cells.apart",
             "cells",
             "no two cells have a state in common",
             apart,
-            {"cells": cells},
-            {"cells": (*cells, StateSet("", cells[0].relations[1:]))},
+            {"cells": CELLS},
+            {"cells": (*CELLS, StateSet("", CELLS[0].relations[1:]))},
         ),
         Statement(
             "cells.cover",
             "cells",
             "cells and their boundaries cover all states, whatever the drive's force",
             cover,
-            {"cells": cells},
-            {"cells": cells[1:]},
+            {"cells": CELLS},
+            {"cells": CELLS[1:]},
         ),
     ]
     for field in ANY_LEVEL:
         found += _of(field)
-    for field in SEGMENTS if PULSED else ():
-        kind = ANY_LEVEL[(field.index - 1) % len(ANY_LEVEL)]
-        claim = (*field.field, *field.guards)
-        found += [
-            Statement(
-                f"cells.{field.name}.level",
-                f"cell of {field.name}",
-                f"{field.name} is {kind.name} at the drive's level {LEVELS[field.level]}",
-                at_level,
-                {"field": field, "claim": claim},
-                {"claim": (claim[0], claim[1] + 1, *claim[2:])},
-            )
-        ]
     return tuple(found)

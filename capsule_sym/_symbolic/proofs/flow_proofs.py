@@ -19,10 +19,10 @@ from capsule_sym._symbolic.model import basis, declaration, flow, jacobian, jets
 from capsule_sym._symbolic.model.basis import INITIAL, K, cosine, sine
 from capsule_sym._symbolic.model.flow import PLACE, STIFF, contact, cos_theta, drift, sin_theta
 from capsule_sym._symbolic.model.model import (
+    ANY_LEVEL,
     DRIVE,
     LEVEL,
     PULL,
-    REACTS,
     SEGMENTS,
     Linear,
     friction_of,
@@ -35,6 +35,7 @@ from capsule_sym._symbolic.model.symbols import (
     PARAMETERS,
     PULSED,
     alpha,
+    force,
     gamma,
     h,
     omega,
@@ -67,9 +68,9 @@ class _Motion:
     """A field (rates of x_r, v_r, v_c at time tau) beside the constants of its closed form."""
 
     name: str
-    equation: str
     stick: bool
     field: tuple[sp.Expr, ...]
+    pull: sp.Expr
     constants: Mapping[sp.Symbol, sp.Expr]
 
     @cached_property
@@ -136,12 +137,6 @@ class _Motion:
         return (self.vanishing((claim - expected).subs(forcing)),)
 
 
-def _of(segment: Linear) -> _Motion:
-    equation = f"Eq. ({segment.index + 6})" if _PAPERS else f"field {segment.name}"
-    constants = {**flow.constants(segment), high: sp.Integer(segment.level == 0)}
-    return _Motion(segment.name, equation, segment.stick, segment.field, constants)
-
-
 def _general(stick: bool, side: SpringRange | None = None) -> _Motion:
     """All segments in drift, or all in stick, by `contact`, `drift` and, of pulses, `high`.
 
@@ -156,7 +151,7 @@ def _general(stick: bool, side: SpringRange | None = None) -> _Motion:
         name, number = f"{name}-{side.name}", sp.Integer(MODEL.regions.index(side))
         constants = {one: value.subs(contact, number) for one, value in constants.items()}
         constants |= {contact: number}
-    return _Motion(name, _ALL, stick, field, constants)
+    return _Motion(name, stick, field, pull, constants)
 
 
 def _generals() -> Iterator[_Motion]:
@@ -165,55 +160,56 @@ def _generals() -> Iterator[_Motion]:
         yield from (_general(stick, side) for stick in (False, True))
 
 
-def _flow_proofs(segment: Linear) -> Iterator[Statement]:
-    motion, general = _of(segment), _general(segment.stick)
+def _field_proofs(segment: Linear) -> Iterator[Statement]:
+    general = _general(segment.stick)
+    mode = {contact: segment.contact, drift: segment.drift, high: 1 - segment.level}
+    told = f"contact {segment.contact}, drift {segment.drift}"
+    told += f", high level {mode[high]}" if PULSED else ""
+    parts = [*zip(_STATE, general.field, segment.field, strict=False)]
+    parts += [("pull", general.pull, segment.pull)]
+    if PULSED:
+        kind = ANY_LEVEL[(segment.index - 1) % len(ANY_LEVEL)]
+        guards = (guard.subs(force, LEVEL) for guard in kind.guards)
+        parts += zip(("guard1", "guard2", "guard3", "guard4"), guards, segment.guards, strict=False)
+    for part, claim, expected in parts:
+        yield proof(
+            f"flow.{segment.name}.field.{part}",
+            f"Eq. ({segment.index + 6})" if _PAPERS else f"field {segment.name}",
+            f"{segment.name} is the {general.name} of {told}",
+            claim.subs(mode),
+            partial(general.equals, expected),
+        )
+
+
+def _flow_proofs(motion: _Motion) -> Iterator[Statement]:
     for state, claim in motion.end.items():
         yield proof(
-            f"flow.{segment.name}.{state}",
-            motion.equation,
-            f"{state}(h) has the rate that {segment.name} gives it, and its value at h = 0",
+            f"flow.{motion.name}.{state}",
+            _ALL,
+            f"{state}(h) has the rate that {motion.name} gives it, and its value at h = 0",
             claim,
             partial(motion.solves, state),
         )
-    if not segment.stick:
-        yield proof(
-            f"flow.{segment.name}.drift_short",
-            motion.equation,
-            "v_c(h) by the interaction force is v_c(h) by the momentum of both bodies",
-            _derive().drift_short,
-            partial(motion.equals, _derive().drift_long),
-        )
-    mode = {contact: sp.Integer(segment.contact), drift: sp.Integer(segment.drift)}
-    told = f"contact {mode[contact]}, drift {mode[drift]}"
-    if PULSED:
-        mode[high] = motion.constants[high]
-        told += f", high level {mode[high]}"
-    shared = {
-        **{
-            f"field.{state}": pair
-            for state, *pair in zip(_STATE, general.field, motion.field, strict=False)
-        },
-        **{
-            f"constant.{name}": (value, motion.constants[name])
-            for name, value in general.constants.items()
-        },
-        "stiffness": (
-            general.constants[flow.m] * flow.STIFFNESS.subs(kappa, general.constants[kappa]),
-            motion.constants[K],
-        ),
+    steps = dict(jets.jet(1))
+    pull = steps[jets.force_symbol(0)]
+    equal = {
+        "flow {}.drift_short": (_derive().drift_short, _derive().drift_long),
+        "jets {}.v_c": ((pull - flow.friction) / gamma, motion.field[2]),
+        "jets {}.x2": (steps[jets.position_symbol(2)], motion.field[1]),
+        "jets {}.p0": (pull, motion.pull),
     }
-    for name, (claim, expected) in shared.items():
+    for name, (claim, expected) in [*equal.items()][2 * motion.stick :]:
         yield proof(
-            f"flow.{segment.name}.{name}",
-            motion.equation,
-            f"{segment.name} is the {general.name} of {told}",
-            claim.subs(mode),
+            name.replace(" {}", f".{motion.name}"),
+            _ALL,
+            f"two formulas of {name.rpartition('.')[2]} in {motion.name} agree",
+            claim.subs(motion.constants),
             partial(motion.equals, expected),
         )
 
 
 def _jet_proofs() -> Iterator[Statement]:
-    """The first derivatives agree with each field; every further one is the rate of the last."""
+    """Every derivative but the first ones, which are those of fields, is the rate of the last."""
     steps = dict(jets.jet(JET_ORDER))
     x, p = jets.position_symbol, jets.force_symbol
     amplitudes = [name for name in steps if name.name.startswith("drive")]
@@ -242,27 +238,8 @@ def _jet_proofs() -> Iterator[Statement]:
             _ALL,
             f"{name} = {power}",
             steps[name].subs(drives),
-            partial(_of(SEGMENTS[0]).equals, power),
+            partial(_general(stick=False).equals, power),
         )
-    for segment in SEGMENTS:
-        motion = _of(segment)
-        firsts = {"x2": segment.field[1], "p0": segment.pull}
-        for symbol in (x(2), p(0)):
-            yield proof(
-                f"jets.{segment.name}.{symbol}",
-                motion.equation,
-                f"{symbol} = {firsts[symbol.name]} in {segment.name}",
-                steps[symbol].subs(motion.constants),
-                partial(motion.equals, firsts[symbol.name]),
-            )
-        if not segment.stick:
-            yield proof(
-                f"jets.{segment.name}.v_c",
-                motion.equation,
-                f"v_c' = ({'Q' if REACTS else 'P'} - friction)/gamma",
-                ((steps[p(0)] - flow.friction) / gamma).subs(motion.constants),
-                partial(motion.equals, segment.field[2]),
-            )
 
 
 def _jacobian_proofs(motion: _Motion) -> Iterator[Statement]:
@@ -270,7 +247,7 @@ def _jacobian_proofs(motion: _Motion) -> Iterator[Statement]:
         for column, entry in zip(jacobian.COLUMNS, line, strict=True):
             yield proof(
                 f"jacobian.{motion.name}.{state}.{column}",
-                f"variational equations of {motion.equation}",
+                f"variational equations of {_ALL}",
                 f"d {state}(h)/d {column} has the rate of the linearised field, and its value at 0",
                 entry,
                 partial(motion.varies, state, column),
@@ -281,7 +258,8 @@ def _jacobian_proofs(motion: _Motion) -> Iterator[Statement]:
 def proofs() -> tuple[Statement, ...]:
     """All statements about the flows of all fields, their jets and their Jacobians."""
     groups: Iterable[Iterator[Statement]] = (
-        *map(_flow_proofs, SEGMENTS),
+        *map(_field_proofs, SEGMENTS),
+        *map(_flow_proofs, _generals()),
         _jet_proofs(),
         *map(_jacobian_proofs, _generals()),
     )

@@ -16,7 +16,6 @@ import sympy as sp
 
 from capsule_sym._errors import InvalidInput, close_names
 from capsule_sym._symbolic.model.elimination import Relation, Undecided
-from capsule_sym._symbolic.model.proof import consistent, implies
 
 Verdict = Literal["proved", "refuted", "conditional"]
 Status = Literal["proved", "refuted", "conditional", "failed", "undecided"]
@@ -209,13 +208,3 @@ def _leaves_nothing(residuals: Callable[[sp.Expr], Residuals], claim: sp.Expr) -
 def vanishes(claim: sp.Expr) -> bool:
     """Check that an expression is identically zero."""
     return bool(sp.expand(sp.together(claim)) == 0)
-
-
-def follow(here: Relations, then: Relations) -> bool:
-    """Check that relations hold everywhere in a set of states."""
-    return all(implies(here, relation) for relation in then)
-
-
-def never(here: Relations) -> bool:
-    """Check that relations never hold together."""
-    return not consistent(here)

@@ -42,7 +42,9 @@ class Python(PythonSpelling):
             "own_stop": str(stop),
             "friction_bounds": " + ".join(f"c.{name}" for name in derived.bounds),
             "units": "\n".join(f"    {name} = {number}" for name, number in derived.units.items()),
-            "table": facts.assigned(_table(), _ABOUT),
+            "table": facts.assigned(
+                {"IMPACT_PLANES": impact_planes(), "EDGE_PLANES": edge_planes()}, _ABOUT
+            ),
             **facts.texts(),
             "fields": _fields() if self._enclosed else "",
         }
@@ -67,14 +69,6 @@ class Python(PythonSpelling):
             f"        case {segment.index}:  # {segment.mode}\n"
             f"            own = ({', '.join((*map(str, modes), *values))})\n"
         )
-
-
-def _table() -> dict[str, object]:
-    """Switching planes by signs."""
-    return {
-        "IMPACT_PLANES": impact_planes(),
-        "EDGE_PLANES": edge_planes(),
-    }
 
 
 def _fields() -> str:

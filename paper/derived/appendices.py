@@ -6,21 +6,22 @@ from collections.abc import Iterator, Sequence
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.geometry import PIECES
-from capsule_sym._symbolic.model.proof import always_solvable, implies, sign_under
-from capsule_sym._symbolic.model.symbols import alpha, force, v_c, v_r, x_r, zeta
-from capsule_sym._symbolic.proofs.inner_products import outward
-from capsule_sym._symbolic.proofs.parts import (
-    BIFURCATIONS,
-    BOUNDS,
-    PARTS,
-    Part,
-    StickBound,
-    bifurcations,
-    part,
+from capsule_sym._symbolic.theory import (
+    PIECES,
+    Relation,
+    Statement,
+    alpha,
+    always_solvable,
+    force,
+    implies,
+    sign_under,
+    v_c,
+    v_r,
+    x_r,
+    zeta,
 )
-from capsule_sym._symbolic.proofs.statement import Statement
+from paper.derived.inner_products import outward
+from paper.derived.parts import BIFURCATIONS, BOUNDS, PARTS, Part, StickBound, bifurcations, part
 
 _DAMPED = sp.Gt(zeta, 0)
 BY_LINE = {bound.line: bound for bound in BOUNDS}

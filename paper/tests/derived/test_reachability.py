@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from capsule_sym._symbolic.model.enclosure import RationalFlow, exceeds
 from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.switching import LocalMap, local_maps
 from capsule_sym._symbolic.model.symbols import v_c, x_r
-from capsule_sym._symbolic.proofs.reachability import Witness, proves, source, target, witnesses
+from paper.derived.enclosure import RationalFlow, exceeds
+from paper.derived.local_maps import LocalMap, local_maps
+from paper.derived.reachability import Witness, proves, source, target, witnesses
 from tests.sampling import sampled, some
 
 SAMPLE = witnesses()[::9]

@@ -8,26 +8,34 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, SURFACES
-from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.proof import consistent, implies
-from capsule_sym._symbolic.model.switching import (
+from capsule_sym._symbolic.theory import (
+    PIECES,
+    SEGMENTS,
+    SURFACES,
     Leaf,
+    Relations,
+    Statement,
+    consistent,
+    delta,
+    f_b,
+    implies,
+    leaves_of,
+    surface_transitions,
+    zeta,
+)
+from paper.derived.appendices import BY_LINE
+from paper.derived.inner_products import FIELDS, outward
+from paper.derived.local_maps import (
+    SCENARIOS,
     LocalMap,
     allowed_maps,
     end_planes,
-    leaves_of,
     local_maps,
     momentum,
     never_rests,
-    surface_transitions,
 )
-from capsule_sym._symbolic.model.symbols import delta, f_b, zeta
-from capsule_sym._symbolic.proofs.appendices import BY_LINE
-from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
-from capsule_sym._symbolic.proofs.parts import part
-from capsule_sym._symbolic.proofs.reachability import Witness, proves, witness_text, witnesses
-from capsule_sym._symbolic.proofs.statement import Relations, Statement
+from paper.derived.parts import part
+from paper.derived.reachability import Witness, proves, witness_text, witnesses
 
 Maps = frozenset[LocalMap]
 Pairs = frozenset[tuple[int, int]]

@@ -19,11 +19,20 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.enclosure import RationalFlow, first_order
-from capsule_sym._symbolic.model.geometry import SCENARIOS
-from capsule_sym._symbolic.model.model import SEGMENTS, Linear
-from capsule_sym._symbolic.model.switching import LocalMap, time_derivative
-from capsule_sym._symbolic.model.symbols import alpha, beta, delta, f_b, gamma, omega, zeta
+from capsule_sym._symbolic.theory import (
+    SEGMENTS,
+    Linear,
+    alpha,
+    beta,
+    delta,
+    f_b,
+    gamma,
+    omega,
+    time_derivative,
+    zeta,
+)
+from paper.derived.enclosure import RationalFlow, first_order
+from paper.derived.local_maps import SCENARIOS, LocalMap
 
 ENTRY_PLANE = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
 """Plane on which a moving capsule's impact begins a field."""

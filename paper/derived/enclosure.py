@@ -1,52 +1,29 @@
 """Rigorous enclosures of trajectories: Taylor polynomials with a bound on the remainder.
 
-Everything is exact rational arithmetic, so that a comparison that succeeds is a proof. The state
-is followed together with the force alpha cos(omega tau) and its quadrature alpha sin(omega tau),
-which makes every field linear and autonomous.
+Everything is exact rational arithmetic, so that a comparison that succeeds is a proof.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
-from functools import cache
 from math import ceil, comb
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.model import Linear
-from capsule_sym._symbolic.model.symbols import PULSED, STATE, alpha, force, omega, tau
+from capsule_sym._symbolic.theory import Linear, coefficients, extended_rates
 
 Polynomial = list[Fraction]
 """Coefficients of the powers of a variable, from order 0."""
 Bracket = tuple[Fraction, Fraction]
 
-quadrature = sp.Symbol("w", real=True)  # alpha sin(omega tau)
-EXTENDED = STATE if PULSED else (*STATE, force, quadrature)
-"""The state with the force and its quadrature: autonomous and linear along every field.
-
-Pulses are constant along a field: their levels are among its constants.
-"""
 _DEEPEST = 12
-
-
-@cache
-def coefficients(function: sp.Expr) -> tuple[sp.Expr, ...]:
-    """Coefficients of state, force and quadrature, then the constant, in an affine function."""
-    plain = sp.expand(sp.expand(function).subs(alpha * sp.cos(omega * tau), force))
-    constant = plain.xreplace(dict.fromkeys(EXTENDED, sp.S.Zero))
-    return (*(plain.coeff(symbol) for symbol in EXTENDED), constant)
 
 
 def affine(function: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> list[Fraction]:
     """The coefficients of an affine function of `EXTENDED`, its constant last, as fractions."""
     found = [coefficient.xreplace(values) for coefficient in coefficients(function)]
     return [Fraction(int(c.p), int(c.q)) for c in found]
-
-
-def extended_rates(field: Linear) -> tuple[sp.Expr, ...]:
-    """Time derivatives of `EXTENDED` along a field."""
-    return field.field if PULSED else (*field.field, -omega * quadrature, omega * force)
 
 
 class RationalFlow:

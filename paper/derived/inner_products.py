@@ -14,13 +14,26 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.elimination import Relation, Sign
-from capsule_sym._symbolic.model.geometry import CELLS, LINES, PIECES, SURFACES, StateSet
-from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Linear
-from capsule_sym._symbolic.model.proof import consistent, sign_under
-from capsule_sym._symbolic.model.switching import reduced
-from capsule_sym._symbolic.model.symbols import STATE
-from capsule_sym._symbolic.proofs.statement import Statement
+from capsule_sym._symbolic.theory import (
+    CELLS,
+    LINES,
+    P1,
+    P2,
+    P3,
+    P4,
+    PIECES,
+    SEGMENTS,
+    STATE,
+    SURFACES,
+    Linear,
+    Relation,
+    Sign,
+    Statement,
+    StateSet,
+    consistent,
+    reduced,
+    sign_under,
+)
 
 STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
 """Function whose bound +f_b or -f_b is reached on L1-L4."""

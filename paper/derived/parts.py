@@ -12,12 +12,20 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.geometry import PIECES
-from capsule_sym._symbolic.model.proof import consistent
-from capsule_sym._symbolic.model.switching import leaves_of
-from capsule_sym._symbolic.model.symbols import alpha, beta, delta, f_b, force, v_r, zeta
-from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
+from capsule_sym._symbolic.theory import (
+    PIECES,
+    Relation,
+    alpha,
+    beta,
+    consistent,
+    delta,
+    f_b,
+    force,
+    leaves_of,
+    v_r,
+    zeta,
+)
+from paper.derived.inner_products import FIELDS, outward
 
 EDGES = ("L1", "L2", "L3", "L4")
 _STIFFNESS = {"L1": sp.S.One, "L2": sp.S.One, "L3": 1 + beta, "L4": 1 + beta}

@@ -5,8 +5,8 @@ import pytest
 import sympy as sp
 
 from capsule_sym._symbolic.model.symbols import alpha, beta, delta, f_b, omega, tau, v_r, zeta
-from capsule_sym._symbolic.proofs.inner_products import outward
-from capsule_sym._symbolic.proofs.parts import BOUNDS, EDGES, PARTS, bifurcations, part
+from paper.derived.inner_products import outward
+from paper.derived.parts import BOUNDS, EDGES, PARTS, bifurcations, part
 
 RANDOM = np.random.default_rng(5)
 NUMBERS = {zeta: 0.3, beta: 1.5, f_b: 1.0}

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from capsule_sym import Parameters, results, simulate
-from capsule_sym._symbolic.model.switching import local_maps
+from paper.derived.local_maps import local_maps
 
 
 @cache
