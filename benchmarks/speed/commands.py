@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import count
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -54,10 +55,10 @@ def bench(
     for line in study.skipped:
         click.echo(line, err=True)
     file = None if out is None else out / ("part.json" if only or quick else "bench.json")
-    with bars.make_progress() as progress:
-        for part, turns in study.turns().items():
-            task = progress.add_task(part, total=turns)
-            study.run(part, lambda task=task: progress.advance(task))  # type: ignore[misc]
+    for part, turns in study.turns().items():
+        with bars.reporting(part) as report:
+            done = count(1)
+            study.run(part, lambda: report(next(done), turns))  # noqa: B023
             if file is not None:
                 study.write(file)
     if file is not None:

@@ -132,19 +132,14 @@ _PARTS = {
 def _parts(
     option: str, path: options.Path, plan: Path | None, seconds: float, as_json: bool
 ) -> None:
-    from rich.progress import TextColumn, TimeElapsedColumn
-
     from paper.proofs import subdivision
 
     name, what, column = _PARTS[option]
     task: subdivision.Task = getattr(subdivision, name)
-    text = TextColumn("{task.description}")
-    with bars.make_progress(text, TimeElapsedColumn()) as progress:
-        task_id = progress.add_task(f"Proving {what}", total=None)
+    with bars.reporting(f"Proving {what}") as progress:
 
         def report(plane: subdivision.Plane) -> None:
-            told = f"Proving {what}: {plane.share:.2%} in {plane.patches} parts"
-            progress.update(task_id, description=told)
+            progress(f"{plane.share:.2%} in {plane.patches} parts")
 
         try:
             plane = subdivision.prove(path, seconds, report=report, task=task, plan=plan)
