@@ -99,14 +99,14 @@ class Scene:
 
     @cached_property
     def kernels(self) -> Kernels:
-        """Closed forms of segments, by NumPy."""
-        return self.kernels_by(None)
+        """Closed forms of segments, in doubles."""
+        return self.kernels_by()
 
-    def kernels_by(self, functions: Any) -> Kernels:
+    def kernels_by(self, *functions: Any) -> Kernels:
         """Closed forms of segments, by mpmath's functions or others of their names."""
         from capsule_sym._closed_forms import kernels_of  # loads NumPy
 
-        return kernels_of(self.code, self.facts.PULSED, functions)
+        return kernels_of(self.code, self.facts.PULSED, *functions)
 
     @cached_property
     def records(self) -> Any:
