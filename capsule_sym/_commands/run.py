@@ -29,8 +29,8 @@ def run(
 ) -> None:
     """Run the map and show the steady motion at the end.
 
-    All quantities are dimensionless; states are x_r v_r v_c. With physical parameters the results
-    are also given in SI units.
+    All quantities are dimensionless; states are x_r v_r v_c. If --params is a device, "si" has the
+    progression and the average velocity in SI units.
 
     In the JSON, "segments" are those of the whole run. "itinerary", "global_map", "period_number"
     and "progression" describe the steady motion at its end; they are null if there is none.
@@ -55,10 +55,10 @@ def run(
         here.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._records import physical_record, run_record
+    from capsule_sym._records import in_si, run_record
 
     limit = Watch(max_seconds)
-    parameters, physical = system.load()
+    parameters, device = system.load()
     try:
         with bars.reporting("Running") as report:
             trajectory = capsule_sym.simulate(
@@ -75,8 +75,10 @@ def run(
         raise KeyboardInterrupt(kept) from None
     motion = trajectory.steady() if trajectory.success else None
     record = run_record(trajectory, motion)
-    if physical:
-        record["physical"] = physical_record(physical, trajectory, motion)
+    if device is not None:
+        names = ("progression", "average_velocity")
+        paces = {name: float(getattr(motion, name)) for name in names} if motion else {}
+        record |= {"device": device.to_dict(), "si": in_si(device, paces)}
     pictures = {"run.svg": lambda: capsule_sym.plot(trajectory)} if trajectory.success else {}
     shown = record if as_json else {**record, **_in_short(trajectory, motion)}
     present.result(shown, as_json, out, {"run.json": record}, pictures)

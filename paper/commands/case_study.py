@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from paper.study.thresholds import Threshold
 
 
-@command(further=options.paper_alone)
+@command()
 def case_study(*, out: options.Folder = None, as_json: options.Json = False) -> None:
     """Compute the case study of Section 4 and compare it with the printed one.
 

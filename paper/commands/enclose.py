@@ -24,7 +24,7 @@ _HOUR = 3600.0
 _EARLIER = option(type=click.Path(path_type=Path, dir_okay=False), metavar="EARLIER")
 
 
-@command(further=options.paper_alone)
+@command()
 def enclose(
     *,
     thresholds: bool = False,

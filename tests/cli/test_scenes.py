@@ -51,8 +51,6 @@ REFUSED = [
     ("run --params nowhere.toml", f"scene = 'nowhere': must be {_KNOWN}, or a folder that"),
     ("run --params number.toml", f"scene = 1: must be {_KNOWN}, or a folder that"),
     ("run --scene slope --f-b 1", "No such option '--f-b'"),
-    ("run --s 0.1", "No such option '--s'. --scene slope or prototype has it."),
-    ("sweep --D 0.1:0.9:9 --out s", "--D'. --scene prototype or reaction_pulse has it."),
     ("run --params duty.toml", "duty = 35.0: must be such that D, the duty cycle, is in [1e-09,"),
     (
         "run --params preload.toml",
