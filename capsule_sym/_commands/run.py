@@ -76,9 +76,11 @@ def run(
     motion = trajectory.steady() if trajectory.success else None
     record = run_record(trajectory, motion)
     if device is not None:
-        names = ("progression", "average_velocity")
-        paces = {name: float(getattr(motion, name)) for name in names} if motion else {}
-        record |= {"device": device.to_dict(), "si": in_si(device, paces)}
+        record |= {"device": device.to_dict(), "si": {}}
+        if motion is not None:
+            advance = float(motion.progression)
+            pace = advance / parameters.period
+            record["si"] = in_si(device, {"progression": advance, "average_velocity": pace})
     pictures = {"run.svg": lambda: capsule_sym.plot(trajectory)} if trajectory.success else {}
     shown = record if as_json else {**record, **_in_short(trajectory, motion)}
     present.result(shown, as_json, out, {"run.json": record}, pictures)
