@@ -56,7 +56,8 @@ class Axis:
         for quantity, column, (low, high) in zip(self.quantities, values.T, ranges, strict=True):
             bad = ~((column >= low) & (column <= high))  # nan fails the comparisons
             if bad.any():
-                raise InvalidInput(quantity, float(column[bad][0]), _within(low, high))
+                allowed = f"a number in [{low:.10g}, {high:.10g}] for a run"
+                raise InvalidInput(quantity, float(column[bad][0]), allowed)
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
 
@@ -105,8 +106,7 @@ class Axis:
 
         Raises InvalidInput for a quantity, ends or a count that are not allowed.
         """
-        low, high = _ends(scene, name, low, high, count)
-        return cls.of(name, np.linspace(low, high, count), scene)
+        return cls.of(name, _spaced(np.linspace, low, high, count), scene)
 
     @classmethod
     @checked
@@ -115,10 +115,9 @@ class Axis:
 
         Raises InvalidInput for a quantity, ends or a count that are not allowed.
         """
-        low, high = _ends(scene, name, low, high, count)
         if not (low > 0 and high > 0):
             raise InvalidInput(name, (low, high), "> 0 for a logarithmic axis")
-        values = np.geomspace(low, high, count)
+        values = _spaced(np.geomspace, low, high, count)
         return cls.of(name, values.clip(min(low, high), max(low, high)), scene)
 
     @classmethod
@@ -137,18 +136,14 @@ class Axis:
         """
         if not ranges:
             raise InvalidInput("sobol", ranges, "a table of ranges [low, high] by name")
-        box = []
         for name, ends in ranges.items():
-            _range(scene, name)
-            if not isinstance(ends, list | tuple) or len(ends) != 2:
-                raise InvalidInput(name, ends, "a range [low, high]")
-            box.append(_ends(scene, name, *ends))
-            if not box[-1][0] < box[-1][1]:
+            cls.of(name, ends, scene)
+            if len(ends) != 2 or not ends[0] < ends[1]:
                 raise InvalidInput(name, ends, "a range [low, high] with low < high")
-        check_count("count", count, most=_MOST_VALUES // len(box))
+        check_count("count", count, most=_MOST_VALUES // len(ranges))
         check_count("seed", seed, 0)
-        low, high = np.array(box).T
-        values = low + (high - low) * sobol(len(box), count, seed)
+        low, high = np.array([*ranges.values()], dtype=float).T
+        values = low + (high - low) * sobol(len(ranges), count, seed)
         return cls("sample", tuple(ranges), values, scene=scene)
 
     def record(self) -> dict[str, Any]:
@@ -200,17 +195,8 @@ def _range(scene: Scene, quantity: object) -> tuple[float, float]:
     return ends
 
 
-def _ends(
-    scene: Scene, name: str, low: object, high: object, count: int = 1
-) -> tuple[float, float]:
-    """Both ends of an axis as floats; raises InvalidInput for values that are not allowed."""
-    least, most = _range(scene, name)
-    for value in (low, high):
-        if not is_real(value) or not least <= value <= most:
-            raise InvalidInput(name, value, _within(least, most))
+def _spaced(space: Any, low: float, high: float, count: int) -> NDArray[np.float64]:
+    """Values from `low` to `high`; ends that are infinite give some that no axis takes."""
     check_count("count", count, most=_MOST_VALUES)
-    return float(low), float(high)  # type: ignore[arg-type]
-
-
-def _within(low: float, high: float) -> str:
-    return f"a number in [{low:.10g}, {high:.10g}] for a run"
+    with np.errstate(all="ignore"):
+        return np.asarray(space(low, high, count))

@@ -76,7 +76,7 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
         - `axes`: the axes by name: a parameter, or x_r, v_r, v_c or phase of the start.
         - `parameters`: the fixed parameters, dimensionless; by default those of the scene.
         - `device`: the fixed parameters in SI units instead. Quantities proportional to one
-          parameter, such as P_d, may then be axes, or vary in a design, in SI units.
+          parameter, such as P_d, may then be axes in SI units.
         - `start`: x_r, v_r, v_c and phase, dimensionless; each is 0 by default.
         - `scene`: the name of a scene, such as "slope", or its folder; by default the paper's.
         - `periods`: length of a run in excitation periods, 1 or more, by default 300.
@@ -150,8 +150,7 @@ def _axis(scene: Scene, name: str, given: Any, device: SceneDevice | None) -> Ax
         raise InvalidInput(name, given, "a list of values or a table")
     if "sobol" in given and own is None:
         _check_table(name, given, ("sobol", "count", "seed"), needed=("count", "seed"))
-        ranges = given["sobol"] if device is None else _box(device, given["sobol"])
-        axis = Axis.sobol(ranges, given["count"], given["seed"], scene)
+        axis = Axis.sobol(given["sobol"], given["count"], given["seed"], scene)
         return Axis(name, axis.quantities, axis.values, scene=scene)
     _check_table(name, given, ("from", "to", "count", "spacing"), needed=("from", "to", "count"))
     spacing = given.get("spacing", "linear")
@@ -161,31 +160,10 @@ def _axis(scene: Scene, name: str, given: Any, device: SceneDevice | None) -> Ax
     if own is None:
         return of(name, low, high, count, scene)
     tied, factor = own.tie(name)
-    of(tied, _scaled(low, factor), _scaled(high, factor), count, scene)  # checks ends and count
+    if not (is_real(low) and is_real(high)):
+        raise InvalidInput(name, (low, high), "real numbers")
+    of(tied, low * factor, high * factor, count, scene)  # checks ends and count
     return Axis.of_device(own, name, spaced(low, high, count))
-
-
-def _scaled(value: Any, factor: float) -> Any:
-    """A number in other units; anything else, or a number too large for a double, unchanged."""
-    try:
-        return value * factor if is_real(value) else value
-    except OverflowError:
-        return value
-
-
-def _box(device: SceneDevice, ranges: Any) -> Any:
-    """Ranges by name; those in SI units become ranges of the proportional parameters."""
-    if not isinstance(ranges, Mapping):
-        return ranges
-    box = {}
-    for name, ends in ranges.items():
-        tied, factor = device.tie(name) if name in device.scene.facts.DRIVEN else (name, 1.0)
-        if tied in box:
-            raise InvalidInput("sobol", [*ranges], f"a table in which {tied} varies once")
-        if isinstance(ends, list | tuple):
-            ends = [_scaled(end, factor) for end in ends]
-        box[tied] = ends
-    return box
 
 
 def _check_table(
