@@ -117,13 +117,6 @@ def _axes(value: Any) -> bool:
     return _AXES.allows(value) or (some and all(map(_axes, every)))
 
 
-def _scalable(value: Any) -> bool:
-    """True for numbers and arrays, also those of other libraries, such as mpmath or SymPy."""
-    plain = type(value).__module__ in ("builtins", "numpy", "decimal")
-    numbers = _numeric(value) if plain or hasattr(value, "__array__") else True
-    return hasattr(type(value), "__pow__") and numbers
-
-
 def _instance(name: str, words: str) -> _Kind:
     """Objects of a class and of those derived from it, by its name, but no orbit that is none."""
 
@@ -144,7 +137,6 @@ _LEAVES = {
     "str": _Kind(lambda v: isinstance(v, str), "a text", True),
     "bool": _Kind(lambda v: type(v).__name__ in ("bool", "bool_"), "True or False", True),
     "None": _Kind(lambda v: v is None, "", True),
-    "_Quantity": _Kind(_scalable, "a number or an array"),
     "Number": _Kind(
         lambda v: is_real(v) or (isinstance(v, Real) and not isinstance(v, int)), "a number"
     ),

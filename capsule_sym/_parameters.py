@@ -332,25 +332,14 @@ class SceneDevice(_Frozen, Scales):
     def _cause(self, error: InvalidInput) -> InvalidInput:
         """Error about the quantity of the device that causes an error about a parameter.
 
-        It is a quantity proportional to the parameter, or an optional one whose default is allowed:
-        then the range of allowed values is found by halving.
+        It is a quantity proportional to the parameter, or an optional one whose default is allowed.
         """
-        facts, known = self.scene.facts, self.to_dict()
-        of = f"{error.field}, the {facts.LABELS.get(error.field, 'parameter')},"
-        for name, (tied, _) in facts.DRIVEN.items():
-            if tied == error.field:
-                return InvalidInput(name, known[name], f"such that {of} is {error.allowed}")
-        for name, good in facts.DEVICE_DEFAULTS.items():
-            bad = known[name]
-            if not self._allows(name, good):
-                continue
-            for _ in range(40):
-                middle = (good + bad) / 2
-                good, bad = (middle, bad) if self._allows(name, middle) else (good, middle)
-            side = "at most" if bad > good else "at least"
-            why = " and the capsule slips by itself" * (error.field in facts.BOUNDS.values())
-            allowed = f"{side} {good:.4g}, or {of} is {error.value:.4g}{why}"
-            return InvalidInput(name, known[name], allowed)
+        facts = self.scene.facts
+        causes = [name for name, (tied, _) in facts.DRIVEN.items() if tied == error.field]
+        causes += (name for name, good in facts.DEVICE_DEFAULTS.items() if self._allows(name, good))
+        for name in causes:
+            of = f"{error.field}, the {facts.LABELS.get(error.field, 'parameter')},"
+            return InvalidInput(name, getattr(self, name), f"such that {of} is {error.allowed}")
         return error
 
     def _allows(self, name: str, value: float) -> bool:
@@ -444,7 +433,7 @@ class PhysicalParameters(DeviceFields, Relations, SceneDevice):
     >>> parameters = device.dimensionless()
     >>> print(f"alpha = {parameters.alpha:.6f}, omega = {parameters.omega:.3f}")
     alpha = 0.711187, omega = 0.800
-    >>> print(f"{device.displacement(1.0):.6f} m")  # the unit of length
+    >>> print(f"{device.scale('x_r'):.6f} m")  # the unit of length
     0.084366 m
     """
 

@@ -55,7 +55,7 @@ def check(
 
     table = read_switches(switches, system.of)
     parameters, device = _loaded(system, table)
-    unit = device.time(1.0) if device else 1.0
+    unit = device.scale("duration") if device else 1.0
 
     def chosen(name: str, given: float | None) -> float | None:
         return next(iter(table.settings.get(name, ())), None) if given is None else given

@@ -88,7 +88,7 @@ def measured(name: str, device: bool, folder: Path) -> str:
     times = np.linspace(0.0, 2 * p.period, 41)
     columns = times, simulate(p, periods=3)(times)[:, 0]
     if device:
-        columns = system.time(columns[0]), system.displacement(columns[1])
+        columns = system.scale("duration") * columns[0], system.scale("x_r") * columns[1]
     return "t,x_r\n" + "".join(f"{t},{x_r}\n" for t, x_r in zip(*columns, strict=True))
 
 
