@@ -10,16 +10,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
-# Modules that cannot be imported without an extra; others raise when they are called.
-_NEEDS = {
-    "flint": ("_enclosures.certificates.certify", "_enclosures.certificates.checker"),
-    "matplotlib": (
-        *("_figures.attractors", "_figures.curves", "_figures.design", "_figures.diagrams"),
-        *("_figures.portraits", "_figures.pulses", "_figures.shocks"),
-        *("_figures.style", "_figures.sweeps", "_figures.tolerances"),
-    ),
-    "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.results"),
-}
 # Not a cache of functools: its import would come before Ctrl-C has its handler in `__main__`.
 _homes: dict[str, dict[str, str]] = {}
 
@@ -45,8 +35,8 @@ def _attach(
         import sys
 
         known = _names_of(module, loader, file)
-        if name == "__all__":
-            return _installed(known)
+        if name == "__all__":  # a missing dependency would make the whole `import *` fail
+            return [one for one in sorted(known) if _works(get, one)]
         if name not in known:
             from capsule_sym._errors import suggestion
 
@@ -82,15 +72,6 @@ def _imported(public: str, home: str, name: str) -> object:
         from capsule_sym._errors import NotInstalled
 
         raise NotInstalled(missing) from missing
-    except ValueError as error:
-        if not str(error).startswith("Key backend"):
-            raise
-        import os
-
-        from capsule_sym._errors import InvalidInput
-
-        backend = os.environ.get("MPLBACKEND")
-        raise InvalidInput("MPLBACKEND", backend, "a backend of Matplotlib") from error
     if isinstance(found, type(_attach)):  # a function
         from capsule_sym._arguments import checked
 
@@ -99,12 +80,13 @@ def _imported(public: str, home: str, name: str) -> object:
     return found
 
 
-def _installed(known: dict[str, str]) -> list[str]:
-    """Names available to `import *`: a missing dependency would make the whole import fail."""
-    from importlib.util import find_spec
-
-    absent = {one for need, some in _NEEDS.items() if find_spec(need) is None for one in some}
-    return sorted(name for name, home in known.items() if home not in absent)
+def _works(get: "Callable[[str], object]", name: str) -> bool:
+    """False for a name that cannot be imported without an extra; others raise when called."""
+    try:
+        get(name)
+    except ImportError:
+        return False
+    return True
 
 
 _get, _dir = _attach(__name__, __loader__, __file__)

@@ -28,34 +28,19 @@ _ALIASES = {
     "Progress": "Callable",
     "Vector": "Sequence[Number]",
 }
-"""Meanings of other names of types; one that is not known allows any value."""
+"""Meanings of other names of types."""
 _SOURCES = {
     "SceneParameters": "Parameters(alpha=0.7), or .dimensionless() of a device,",
-    "SceneDevice": "PhysicalParameters(...)",
     "Trajectory": "simulate(parameters)",
-    "SteadyMotion": "simulate(parameters).steady()",
     "Orbit": "solve_orbit(parameters)",
-    "Itinerary": "orbit.itinerary",
     "Branch": "continue_orbit(orbit, name, to)",
     "Bifurcation": "branch.bifurcations[0]",
-    "CurvePoint": "curve.points[0]",
-    "Curve": "continue_bifurcation(bifurcation, name, ranges)",
-    "ContinuedAttractors": "continue_attractors(parameters, name, values, starts)",
-    "Shock": "minimal_shock(orbit)",
-    "Pulse": "switch_by_pulse(start, end)",
-    "Fit": "fit(data, parameters, unknown)",
-    "Front": "pareto(metric, against, over)",
-    "Tolerances": "tolerances(metrics, over)",
     "Sweep": "load_sweep(file)",
     "Axis": "Axis.linear(name, low, high, count)",
     "Dataset": "open_results(store)",
     "Scene": "scenes.load(folder)",
-    "Figure": "plot(result)",
-    "SubFigure": "figure.subfigures()",
-    "Axes": "figure.subplots()",
-    "Watch": "Watch",
 }
-"""Classes whose objects are arguments, with an expression that gives one."""
+"""Classes whose objects are frequent arguments, with an expression that gives one."""
 
 
 class _Kind(NamedTuple):
@@ -141,6 +126,7 @@ _LEAVES = {
         lambda v: is_real(v) or (isinstance(v, Real) and not isinstance(v, int)), "a number"
     ),
     "Constants": _Kind(lambda v: hasattr(v, "own_stop"), "orbit.system.flows[0].c or alike"),
+    "Any": _Kind(lambda v: True, "values"),
     "PathLike": _Kind(lambda v: isinstance(v, str | PathLike), "a file name", True),
     "Callable": _Kind(lambda v: callable(v) and not isinstance(v, type), "a function"),
     "ArrayLike": _Kind(_numeric, "numbers"),
@@ -159,15 +145,19 @@ _ITEMS = _LEAVES | {"float": _Kind(is_real, "a number")}  # NaN is refused with 
 def _named(name: str, leaves: str = "") -> _Kind | None:
     if name in _ALIASES:
         return _kind(ast.parse(_ALIASES[name], mode="eval").body)
-    if name not in _SOURCES:
-        return (_ITEMS if leaves else _LEAVES).get(name)
+    if (known := (_ITEMS if leaves else _LEAVES).get(name)) or not name[0].isupper():
+        return known
     article = "an" if name[0] in "AEIO" else "a"
-    words = f"{article} {name.removeprefix('Scene') or name}, as {_SOURCES[name]} gives"
+    words = f"{article} {name.removeprefix('Scene') or name}"
+    words += f", as {_SOURCES[name]} gives" if name in _SOURCES else ""
     return _instance(name, words)
 
 
 def _kind(node: Any, item: str = "") -> _Kind | None:
-    """Kind of an annotation, of an argument or an item; None if any value is allowed."""
+    """Kind of an annotation, of an argument or an item; None if any value is allowed.
+
+    A name that begins with a capital is that of a class, unless it has a meaning here.
+    """
     if isinstance(node, ast.Constant):
         return _named(str(node.value), item)
     if isinstance(node, ast.Name | ast.Attribute):
