@@ -208,8 +208,19 @@ def show(title: str, columns: Mapping[str, str], rows: Iterable[object]) -> None
     console = tables.make_console(width=200)
     if title:
         console.print(title)
-    tables.table(columns, zip(rows), right=[*columns][2:], console=console)
+    cells = ([_text(one, row) for one in columns.values()] for row in rows)
+    tables.table(columns, cells, right=[*columns][2:], console=console)
     click.echo()
+
+
+def _text(template: str, row: object) -> str:
+    """Text of a cell; empty for None, which takes no format of numbers."""
+    try:
+        return (
+            template.format(row).replace("None", "").replace("True", "yes").replace("False", "no")
+        )
+    except TypeError:
+        return ""
 
 
 _TITLES = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
@@ -265,6 +265,10 @@ _MEETINGS = {
 }
 
 
+def _table(columns: Mapping[str, str], rows: Iterable[Any]) -> None:
+    tables.table(columns, ([text.format(*row) for text in columns.values()] for row in rows))
+
+
 def _print(
     records: Sequence[dict[str, Any]],
     meetings: Sequence[dict[str, Any]],
@@ -274,15 +278,13 @@ def _print(
     console = tables.make_console()
     for one in records:
         console.print(f"γ = {one['gamma']}")
-        events = ((event, float(event["coefficient"])) for event in one["thresholds"])
-        tables.table(_EVENTS, events)
+        _table(_EVENTS, ((event, float(event["coefficient"])) for event in one["thresholds"]))
         if not thresholds:
-            rows = ((" ".join(row["itinerary"]), row) for row in one["intervals"])
-            tables.table(_INTERVALS, rows)
+            _table(_INTERVALS, ((" ".join(row["itinerary"]), row) for row in one["intervals"]))
         if one["failed"]:
             console.print(f"not proved: {one['failed']}")
         console.print()
-    tables.table(_MEETINGS, zip(meetings))
+    _table(_MEETINGS, zip(meetings))
     console.print()
     count = sum(len(one["thresholds"]) for one in records)
     worst = max((e["radius"] for one in records for e in one["thresholds"]), default=0.0)
