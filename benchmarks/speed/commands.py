@@ -216,9 +216,8 @@ def show(title: str, columns: Mapping[str, str], rows: Iterable[object]) -> None
 def _text(template: str, row: object) -> str:
     """Text of a cell; empty for None, which takes no format of numbers."""
     try:
-        return (
-            template.format(row).replace("None", "").replace("True", "yes").replace("False", "no")
-        )
+        text = template.format(row)
+        return {"None": "", "True": "yes", "False": "no"}.get(text, text)
     except TypeError:
         return ""
 

@@ -17,10 +17,10 @@ from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch, core_of
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.metrics.performance import performance
+from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
 from capsule_sym._parameters import Scene
 from capsule_sym._sweeps import itineraries
-from capsule_sym._sweeps.itineraries import orbit_at_end
 from capsule_sym._sweeps.quantities import OF_ORBIT, VARIABLES, CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
 
@@ -267,9 +267,14 @@ class _Cells:
                 further = simulate(parameters, state, 0.0, min(part.periods, _FURTHER))
                 columns["lyapunov"][i] = lyapunov_exponents(further)[0]
             return
-        orbit = orbit_at_end(
-            parameters, state, int(columns["period_number"][i]), int(columns["itinerary"][i])
-        )
+        number, code = (int(columns[name][i]) for name in ("period_number", "itinerary"))
+        orbit = solve_orbit(parameters, state, 0.0, 2 * number + 1)
+        if not orbit.success:
+            return self.fail(i, f"{orbit.status}: {orbit.message}")
+        solved = orbit.itinerary.period_number
+        text = itineraries.text(orbit.itinerary.fields, self.scene)
+        if (solved, itineraries.code(text)) != (number, code):
+            return self.fail(i, f"the orbit's itinerary is {text}, its period number {solved}")
         found = floquet_multipliers(orbit)
         columns["multipliers"][i] = found
         columns["lyapunov"][[i]] = self.exponents(np.array([i]), found[:1])

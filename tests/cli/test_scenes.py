@@ -66,7 +66,6 @@ REFUSED = [
         "parameter = 'f_b': must be one of alpha, omega, delta, zeta, beta, gamma, s, f_plus, "
         "f_minus, or of M_m, M_c, k1, k2, c, G, P_d, Omega, mu, mu_back, g, slope (scene slope)",
     ),
-    ("run --params of_slope.toml", '; or add scene = "slope" or scene = "prototype"'),
     ("run --scene slope --params capsule.toml", "--scene = 'slope': must be capsule, as in caps"),
     ("run --scene capsule --params slope.toml", "--scene = 'capsule': must be slope, as in slop"),
     (
