@@ -35,7 +35,7 @@ _SOURCES = {
     "Orbit": "solve_orbit(parameters)",
     "Branch": "continue_orbit(orbit, name, to)",
     "Bifurcation": "branch.bifurcations[0]",
-    "Sweep": "load_sweep(file)",
+    "Sweep": "read_plan(file)",
     "Axis": "Axis.linear(name, low, high, count)",
     "Dataset": "open_results(store)",
     "Scene": "scenes.load(folder)",

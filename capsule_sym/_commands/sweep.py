@@ -91,7 +91,7 @@ def sweep(
     if plan is not None:
         for name in (*over, *system.names, *settings):
             options.check_beside(name, never=("plan",))
-        loaded = capsule_sym.inputs.load_sweep(plan)
+        loaded = capsule_sym.inputs.read_plan(plan)
         system.check_scene(loaded.parameters.scene, plan)
     else:
         loaded = _over(over, *system.load(), settings)

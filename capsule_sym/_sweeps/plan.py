@@ -22,47 +22,8 @@ _SPACINGS: dict[str, tuple[Callable[..., Axis], Callable[..., Any]]] = {
 }
 
 
-def load_sweep(path: str | PathLike[str]) -> Sweep:
-    r"""Sweep from a TOML file, whose table is read as by `read_plan`.
-
-    Parameters
-    ----------
-    path : str or path
-        File in UTF-8.
-
-    Returns
-    -------
-    Sweep
-        The sweep.
-
-    Raises
-    ------
-    InvalidInput
-        If the file cannot be read, is not TOML, or has a value that is not allowed.
-
-    See Also
-    --------
-    read_plan : keys of the table.
-    run_sweep : run of the sweep.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> import capsule_sym as cs
-    >>> text = "periods = 200\n[axes]\nalpha = { from = 0.5, to = 0.9, count = 5 }\n"
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder, "sweep.toml")
-    ...     size = path.write_text(text)
-    ...     sweep = cs.inputs.load_sweep(path)
-    >>> print(sweep.shape, sweep.periods)
-    (5,) 200
-    """
-    return read_plan(read_toml(path), path)
-
-
-def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
-    """Sweep from a table.
+def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
+    r"""Sweep from a TOML file, or from the table that one holds.
 
     An axis is a list of values. Or it is a table with `from`, `to`, `count` and optionally
     `spacing`, "linear" or "log". Or it is a design, a table with `sobol` (ranges by name), `count`
@@ -70,15 +31,16 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
 
     Parameters
     ----------
-    plan : mapping of str
-        Table with these keys; all may be missing except `axes`.
+    plan : str, path or mapping of str
+        Name of a file in UTF-8, or a table. It has these keys; all may be missing except `axes`.
 
         - `axes`: the axes by name: a parameter, or x_r, v_r, v_c or phase of the start.
         - `parameters`: the fixed parameters, dimensionless; by default those of the scene.
         - `device`: the fixed parameters in SI units instead. Quantities proportional to one
           parameter, such as P_d, may then be axes in SI units.
         - `start`: x_r, v_r, v_c and phase, dimensionless; each is 0 by default.
-        - `scene`: the name of a scene, such as "slope", or its folder; by default the paper's.
+        - `scene`: the name of a scene, such as "slope", or its folder, relative to the file; by
+          default the paper's.
         - `periods`: length of a run in excitation periods, 1 or more, by default 300.
         - `tolerance`: change within which stroboscopic states repeat, dimensionless, above 0 and
           below 1, by default 1e-9.
@@ -86,8 +48,6 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
           final, multipliers, energies, forces and lyapunov.
         - `chunk`: number of cells of a chunk along each axis. By default a chunk takes at most
           about two seconds, and small sweeps are cut finer.
-    path : str or path, default ""
-        File from which the table comes. A folder that `scene` names is relative to it.
 
     Returns
     -------
@@ -97,11 +57,11 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
     Raises
     ------
     InvalidInput
-        For a value that is not allowed, and for an unknown key.
+        For a value that is not allowed, for an unknown key, and for a file that cannot be read or
+        is not TOML.
 
     See Also
     --------
-    load_sweep : the same from a TOML file.
     run_sweep : run of the sweep.
 
     Examples
@@ -111,9 +71,21 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
     >>> sweep = cs.inputs.read_plan({"axes": {"alpha": alpha, "omega": [0.7, 0.9]}, "periods": 100})
     >>> print(sweep.shape, sweep.axes[0].values.ravel().round(6))
     (3, 2) [0.01 0.1  1.  ]
+
+    The same from a file:
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> text = "periods = 200\n[axes]\nalpha = { from = 0.5, to = 0.9, count = 5 }\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "sweep.toml")
+    ...     size = path.write_text(text)
+    ...     sweep = cs.inputs.read_plan(path)
+    >>> print(sweep.shape, sweep.periods)
+    (5,) 200
     """
-    if not isinstance(plan, Mapping):
-        raise InvalidInput("plan", plan, "a table")
+    path = "" if isinstance(plan, Mapping) else plan
+    plan = plan if isinstance(plan, Mapping) else read_toml(plan)
     _check_table("key", plan, ("scene", "axes", "parameters", "device", "start", *_SETTINGS))
     scene = scene_in(plan, path) or CAPSULE
     axes, parameters, start = (plan.get(name, {}) for name in ("axes", "parameters", "start"))

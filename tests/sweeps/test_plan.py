@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from capsule_sym import InvalidInput, Parameters
 from capsule_sym._sweeps.quantities import TAKEN
-from capsule_sym.inputs import Axis, Sweep, load_sweep, read_plan
+from capsule_sym.inputs import Axis, Sweep, read_plan
 from tests.sampling import many, sampled
 
 GOOD = {"alpha": [0.5, 0.7]}
@@ -153,7 +153,7 @@ def test_a_bad_file_is_refused_in_one_line(data: bytes, tmp_path: Path) -> None:
     path.write_bytes(data)
     for place in (path, tmp_path, tmp_path / "none.toml"):
         with pytest.raises(InvalidInput) as refused:
-            load_sweep(place)
+            read_plan(place)
         assert "\n" not in str(refused.value)
 
 
@@ -237,5 +237,5 @@ def test_any_text_is_a_sweep_or_refused_in_one_line(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "plan.toml"
         path.write_text("[axes]\nalpha = " + text, encoding="utf-8")
-        _, message = taken(lambda: load_sweep(path))
+        _, message = taken(lambda: read_plan(path))
         assert "\n" not in message

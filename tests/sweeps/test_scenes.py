@@ -8,7 +8,7 @@ import pytest
 from capsule_sym import InvalidInput, run_basin, run_sweep, scenes, simulate_many, solve_orbit
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.results import Held
-from capsule_sym.inputs import Axis, Sweep, load_sweep, read_plan
+from capsule_sym.inputs import Axis, Sweep, read_plan
 from capsule_sym.results import open_results
 
 SLOPE = scenes.slope
@@ -53,12 +53,12 @@ s_ = { sobol = { alpha = [0.4, 0.9] }, count = 4, seed = 1 }
 
 def test_a_plan_names_its_scene(tmp_path: Path) -> None:
     (tmp_path / "plan.toml").write_text(PLAN)
-    read = load_sweep(tmp_path / "plan.toml")
+    read = read_plan(tmp_path / "plan.toml")
     assert read.parameters == SLOPE.Parameters(s=-0.05)
     assert [axis.quantities for axis in read.axes] == [("f_plus",), ("alpha",)]
     (tmp_path / "plan.toml").write_text(PLAN.replace('"slope"', '"capsule"'))
     with pytest.raises(InvalidInput, match=r"^parameters = 's': must be one of alpha"):
-        load_sweep(tmp_path / "plan.toml")
+        read_plan(tmp_path / "plan.toml")
     with pytest.raises(InvalidInput, match=r"^scene = 'jog': must be capsule, "):
         read_plan({"scene": "jog", "axes": {"alpha": [1.0]}})
 
