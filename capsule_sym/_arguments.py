@@ -206,24 +206,24 @@ def _union(first: _Kind, second: _Kind) -> _Kind:
     return _Kind(lambda v: first.allows(v) or second.allows(v), either, by_type)
 
 
-def checked(target: _Target, types: bool = True) -> _Target:
+def checked(target: _Target) -> _Target:
     """The function with a check of its arguments; a class gets it for its constructor.
 
     Calls raise InvalidInput for an argument of a wrong type, a name that is not one of the
     arguments, and too few or too many of them.
     """
     if isinstance(target, type):
-        target.__init__ = _checked(target.__init__, target.__name__, types)  # type: ignore[misc]
+        target.__init__ = _checked(target.__init__, target.__name__)  # type: ignore[misc]
         return target
     made: _Target = _checked(target, target.__name__)
     return made
 
 
-def _checked(function: Any, name: str, types: bool = True) -> Any:
+def _checked(function: Any, name: str) -> Any:
     signature = inspect.signature(function)
     names, kinds = [*signature.parameters], {}
     for one, about in signature.parameters.items():
-        if types and isinstance(text := about.annotation, str):
+        if isinstance(text := about.annotation, str):
             # Axes are of any layout; the figure checks their number.
             text = text.replace("Sequence[Axes]", "Axes").replace("Axes |", "AnyAxes |")
             kinds[one] = _kind(ast.parse(text, mode="eval").body)

@@ -42,16 +42,6 @@ class CommandGroup(click.Group):
         """Names in the order in which they were added."""
         return list(self.commands)
 
-    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of scenes below the commands of the tool."""
-        if self.name != "capsule-sym":
-            return
-        from capsule_sym._parameters import SHIPPED
-
-        scenes = f"Scenes: {', '.join(SHIPPED)}. --scene chooses one, with its own parameters."
-        formatter.write_paragraph()
-        formatter.write_text(scenes)
-
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
@@ -73,7 +63,11 @@ def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> No
     context.exit()
 
 
-@click.group("capsule-sym", cls=CommandGroup, invoke_without_command=True)
+_SCENES = "capsule, slope, prototype, reaction, reaction_pulse"
+_ABOUT = f"Scenes: {_SCENES}. --scene chooses one, with its own parameters."
+
+
+@click.group("capsule-sym", cls=CommandGroup, invoke_without_command=True, epilog=_ABOUT)
 @click.option(
     "--version",
     is_flag=True,

@@ -68,20 +68,12 @@ class Scales:
 
     __slots__ = ()
 
-    @property
-    def friction_force(self) -> float:
-        """Coulomb friction, the unit of force (N)."""
-        raise NotImplementedError
-
-    @property
-    def natural_frequency(self) -> float:
-        """Natural frequency, the unit of rates (rad/s)."""
-        raise NotImplementedError
-
-    @property
-    def length_scale(self) -> float:
-        """Length that friction stretches the spring, the unit of length (m)."""
-        raise NotImplementedError
+    friction_force: float
+    """Coulomb friction, the unit of force (N)."""
+    natural_frequency: float
+    """Natural frequency, the unit of rates (rad/s)."""
+    length_scale: float
+    """Length that friction stretches the spring, the unit of length (m)."""
 
     @checked
     def scale(self, name: str) -> float:

@@ -13,8 +13,8 @@ import click
 from click.core import ParameterSource
 
 from capsule_sym._commands.signature import WORDS, OptionGroup, Setting, flagged, option
+from capsule_sym._commands.values import SECONDS, Range, WritablePath
 from capsule_sym._commands.values import Named as Named
-from capsule_sym._commands.values import Range, Seconds, WritablePath
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._parameters import (
     CAPSULE,
@@ -277,7 +277,7 @@ Certificate = Annotated[Path | None, written("FILE", callback=_check_provable)]
 TimeLimit = Annotated[
     float,
     option(
-        type=Seconds(),
+        type=SECONDS,
         help="Time limit in seconds, after which the results so far are shown; inf for none.",
     ),
 ]

@@ -19,21 +19,6 @@ from capsule_sym._errors import InvalidInput
 
 WORDS = f"{__name__}.words"
 """Key of the words of the line in a command's context."""
-# Options of arguments by other names.
-_OPTIONS = {
-    "to": "along",
-    "over": "shares",
-    "metric": "maximise minimise quantity",
-    "metrics": "metric",
-    "start": "state",
-    "starts": "state",
-    "most_periods": "max_periods",
-    "threads": "workers",
-    "store": "info",
-    "bounds": "over unknown",
-    "tolerance": "tolerances shares",
-    "deviation": "normal",
-}
 
 
 class Setting(NamedTuple):
@@ -101,16 +86,12 @@ class Command(click.Command):
         try:
             return super().invoke(ctx)
         except InvalidInput as error:
-            # The file of --params is named where it is read; other files are of other options.
-            field, _, part = error.field.partition(" of ")  # such as "bounds of alpha"
-            names = {field, *_OPTIONS.get(field, "").split()} - {"file"}
             for one in self.params:
                 given = ctx.get_parameter_source(str(one.name))
-                ranged = isinstance(ctx.params.get(str(one.name)), tuple) and one.nargs == 1
-                named = one.name in names or (field == "to" and ranged)
-                typed = named and given is click.core.ParameterSource.COMMANDLINE
-                if typed and isinstance(one, click.Option):
-                    error.field = f"{one.opts[0]} {part}".rstrip()
+                # The file of --params is named where it is read; other files are of other options.
+                named = one.name == error.field != "file" and isinstance(one, click.Option)
+                if named and given is click.core.ParameterSource.COMMANDLINE:
+                    error.field = one.opts[0]
             raise
 
 

@@ -60,7 +60,7 @@ REFUSED = [
     ("run --params physical.toml --beta 2", "beta = 2.0 ... absent ... physical.toml"),
     ("jog", "jog"),
     ("branch --along speed=0:1", "parameter = 'speed': must be one of"),
-    ("branch --alpha 0.5:0.5", "--alpha = 0.5: must be other than 0.5"),
+    ("branch --alpha 0.5:0.5", "to = 0.5: must be other than 0.5"),
     ("branch --gamma 3:0", "gamma = 0.0: must be"),
     (
         "curve --alpha 0.9:1 --gamma 3:4 --bifurcation fold",
@@ -111,9 +111,15 @@ REFUSED = [
     ("sweep --P-d 1:2:3 --out s", "--P-d = '1:2:3': must be absent unless --params is a device"),
     ("curve --alpha 1:2 --P-d 1:2 --bifurcation all", "must be absent unless --params is a device"),
     ("sweep --alpha 1:2:3 --out s --workers 1025", "workers = 1025: must be a whole number from"),
-    ("tolerances --tolerance zeta=0.1 --normal alpha=5", "--normal alpha = 5.0: must be a share"),
-    ("tolerances --tolerance zeta=5 --normal alpha=0.1", "--tolerance zeta = 5.0: must be a share"),
-    ("fit series.csv --unknown alpha=2:1", "--unknown alpha = (2.0, 1.0): must be two ascending"),
+    (
+        "tolerances --tolerance zeta=0.1 --normal alpha=5",
+        "deviation of alpha = 5.0: must be a share",
+    ),
+    (
+        "tolerances --tolerance zeta=5 --normal alpha=0.1",
+        "tolerance of zeta = 5.0: must be a share",
+    ),
+    ("fit series.csv --unknown alpha=2:1", "bounds of alpha = (2.0, 1.0): must be two ascending"),
     ("explore --serve 0 --out a.html", "--serve and --out exclude each other"),
     # what is missing altogether
     ("branch", "give a range of a parameter, such as --alpha 0.1:2"),
@@ -121,7 +127,7 @@ REFUSED = [
     ("sweep --out s", "give a range, such as --alpha 0.1:2:41, or FILE.toml"),
     ("basin --out s", "give a range of starts, such as --x-r -1:1:40"),
     # times that are none
-    ("run --max-seconds nan", "'--max-seconds': nan is not in the range x>0"),
+    ("run --max-seconds nan", "--max-seconds = nan: must be"),
     ("run --max-seconds -1", "'--max-seconds': -1.0 is not in the range x>0"),
     ("run --f_b 0", "--f-b = 0.0: must be finite and > 0"),
     # files that cannot be written
@@ -129,7 +135,7 @@ REFUSED = [
     ("figure . --out=", "'--out': '' is no path"),
     ("figure . --out taken/below.svg", "taken is not a writable directory"),
     (f"explore --out {300 * 'a'}", "aaa' cannot be written (File name too long)"),
-    (f"sweep --info {300 * 'a'}", "--info = 'aaa ... must be a directory that holds a sweep"),
+    (f"sweep --info {300 * 'a'}", "store = 'aaa ... must be a directory that holds a sweep"),
     ("sweep none.toml --out s", "alpha = []: must be one value or more"),
     # no numbers and no ranges
     ("run --state 0 0,1 0", "'0,1' is not a valid float"),
