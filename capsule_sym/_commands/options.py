@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from importlib.util import find_spec
-from itertools import zip_longest
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -141,9 +140,10 @@ def scene_of(words: Sequence[str]) -> Scene:
     """
     from capsule_sym._files import read_toml
 
-    if (named := _value_of("--scene", words)) is not None:
-        return _named(named)
-    file = _value_of("--params", words)
+    given = _LINE.make_context("", [*words], resilient_parsing=True).params
+    if given["scene"] is not None:
+        return _named(given["scene"])
+    file = given["params"]
     if file is not None and os.path.isfile(file):  # a pipe can be read only once
         try:
             return scene_in(read_toml(file), file) or CAPSULE
@@ -152,16 +152,12 @@ def scene_of(words: Sequence[str]) -> Scene:
     return CAPSULE
 
 
-def _value_of(flag: str, words: Sequence[str]) -> str | None:
-    """Last value of an option on a line."""
-    words = words[: words.index("--")] if "--" in words else words
-    found = None
-    for word, after in zip_longest(words, words[1:]):
-        if word == flag:
-            found = after
-        elif word.startswith(f"{flag}="):
-            found = word.removeprefix(f"{flag}=")
-    return found
+_LINE = click.Command(
+    "",
+    params=[click.Option(["--scene"]), click.Option(["--params"])],
+    add_help_option=False,
+    context_settings={"ignore_unknown_options": True, "allow_extra_args": True},
+)
 
 
 def _named(given: str) -> Scene:

@@ -75,11 +75,8 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse a line, on which an option may have _ for -, as in the name of a parameter."""
         ctx.meta[WORDS] = args
-        stop = args.index("--") if "--" in args else len(args)
-        dashed = [
-            re.sub("^--[^=]+", lambda flag: flag[0].replace("_", "-"), word) for word in args[:stop]
-        ]
-        return super().parse_args(ctx, dashed + args[stop:])
+        ctx.token_normalize_func = lambda word: word.replace("_", "-")
+        return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Call the command; an error about a value of an option names the option."""

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any
 
-import numpy as np
-
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_toml
-from capsule_sym._map.checks import is_real
 from capsule_sym._parameters import CAPSULE, Scene, SceneDevice, scene_in
 from capsule_sym._sweeps.axes import START, Axis, check_name
 from capsule_sym._sweeps.sweep import Sweep
 
 _SETTINGS = ("periods", "tolerance", "compute", "chunk")
-_SPACINGS: dict[str, tuple[Callable[..., Axis], Callable[..., Any]]] = {
-    "linear": (Axis.linear, np.linspace),
-    "log": (Axis.log, np.geomspace),
-}
 
 
 def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
@@ -96,7 +89,7 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
     _check_table("start", start, START)
     _check_table("axes", axes)
     return Sweep(
-        tuple(_axis(scene, name, given, device) for name, given in axes.items()),
+        tuple(_axis(name, given, device) for name, given in axes.items()),
         scene.Parameters(**parameters),
         tuple(start.get(name, 0.0) for name in START[:-1]),
         start.get(START[-1], 0.0),
@@ -112,30 +105,25 @@ def _device(scene: Scene, given: Any) -> SceneDevice:
     return scene.PhysicalParameters(**given)
 
 
-def _axis(scene: Scene, name: str, given: Any, device: SceneDevice | None) -> Axis:
-    """Axis of a plan; in SI units it has the spacing of the proportional parameter."""
+def _axis(name: str, given: Any, device: SceneDevice | None) -> Axis:
+    """Axis of a plan, in SI units if it is of a device."""
     check_name(name)
-    own = device if name in scene.facts.DRIVEN else None
     if isinstance(given, list | tuple):
-        return Axis.of(name, given, scene) if own is None else Axis.of_device(own, name, given)
-    if not isinstance(given, Mapping):
+        axis = Axis.of(name, given)
+    elif not isinstance(given, Mapping):
         raise InvalidInput(name, given, "a list of values or a table")
-    if "sobol" in given and own is None:
+    elif "sobol" in given:
         _check_table(name, given, ("sobol", "count", "seed"), needed=("count", "seed"))
-        axis = Axis.sobol(given["sobol"], given["count"], given["seed"], scene)
-        return Axis(name, axis.quantities, axis.values, scene=scene)
-    _check_table(name, given, ("from", "to", "count", "spacing"), needed=("from", "to", "count"))
-    spacing = given.get("spacing", "linear")
-    check_one_of("spacing", spacing, tuple(_SPACINGS))
-    of, spaced = _SPACINGS[spacing]
-    low, high, count = given["from"], given["to"], given["count"]
-    if own is None:
-        return of(name, low, high, count, scene)
-    tied, factor = own.tie(name)
-    if not (is_real(low) and is_real(high)):
-        raise InvalidInput(name, (low, high), "real numbers")
-    of(tied, low * factor, high * factor, count, scene)  # checks ends and count
-    return Axis.of_device(own, name, spaced(low, high, count))
+        axis = Axis.sobol(given["sobol"], given["count"], given["seed"])
+        return Axis(name, axis.quantities, axis.values)
+    else:
+        ends = ("from", "to", "count")
+        _check_table(name, given, (*ends, "spacing"), needed=ends)
+        check_one_of("spacing", spacing := given.get("spacing", "linear"), ("linear", "log"))
+        axis = getattr(Axis, spacing)(name, *(given[one] for one in ends))
+    if device is None or name not in device.scene.facts.DRIVEN:
+        return axis
+    return Axis.of_device(device, name, axis.values[:, 0])
 
 
 def _check_table(

@@ -177,7 +177,7 @@ SLOW = [
 @pytest.mark.parametrize(("name", "over", "fixed", "late"), SLOW)
 def test_slow_motions_are_those_of_long_runs(name, over, fixed, late, monkeypatch) -> None:
     own = CAPSULE if name == "numpy" else scene(name)
-    axes = tuple(Axis.linear(one, *values, own) for one, values in over.items())
+    axes = tuple(Axis.linear(one, *values) for one, values in over.items())
     sweep = Sweep(axes, own.Parameters(**fixed), compute=("itinerary", "energies"), periods=60)
     long = compute(replace(sweep, periods=3000)).columns
     if name == "numpy":

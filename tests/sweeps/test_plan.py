@@ -160,7 +160,7 @@ def test_a_bad_file_is_refused_in_one_line(data: bytes, tmp_path: Path) -> None:
 @pytest.mark.parametrize("values", [
     [["a"]], [[True]], [["1"], ["2"]], [[1.0], [1.0, 2.0]], np.array([["1.0"]]), np.array([[True]]),
     np.array([[1j]]), np.array([["2019-04-08"]], dtype="datetime64[D]"),
-    np.array([[np.longdouble("1e400")]]), None, object(),
+    None, object(),
 ])  # fmt: skip
 def test_an_axis_takes_numbers_alone(values: Any) -> None:
     with pytest.raises(InvalidInput):

@@ -14,20 +14,25 @@ from capsule_sym.results import open_results
 SLOPE = scenes.slope
 
 
+def of_slope(axis: Axis) -> Sweep:
+    return Sweep((axis,), SLOPE.Parameters())
+
+
 def test_an_axis_has_the_names_and_ranges_of_its_scene() -> None:
-    assert Axis.linear("s", -0.1, 0.1, 3, SLOPE).values[:, 0].tolist() == [-0.1, 0.0, 0.1]
+    (axis,) = of_slope(Axis.linear("s", -0.1, 0.1, 3)).axes
+    assert axis.values[:, 0].tolist() == [-0.1, 0.0, 0.1]
     with pytest.raises(InvalidInput, match=r"^axis = 's': must be one of alpha, .*, phase$"):
-        Axis.of("s", [0.1])
+        Sweep((axis,))
     with pytest.raises(InvalidInput, match=r"^axis = 'f_b': must be .* \(scene slope\)$"):
-        Axis.of("f_b", [1.0], SLOPE)
+        of_slope(Axis.of("f_b", [1.0]))
     with pytest.raises(InvalidInput, match=r"^f_plus = 0\.0: must be a number in \[1e-10, 1e\+10"):
-        Axis.of("f_plus", [0.0], SLOPE)
-    drawn = Axis.sobol({"s": [-1, 0], "f_plus": [1, 2]}, 4, 0, SLOPE)
+        of_slope(Axis.of("f_plus", [0.0]))
+    (drawn,) = of_slope(Axis.sobol({"s": [-1, 0], "f_plus": [1, 2]}, 4, 0)).axes
     assert drawn.quantities == ("s", "f_plus")
 
 
 def test_a_sweep_takes_axes_of_its_own_scene_alone() -> None:
-    axes = Axis.of("alpha", [0.5, 0.6]), Axis.of("f_minus", [0.8], SLOPE)
+    axes = Axis.of("alpha", [0.5, 0.6]), Axis.of("f_minus", [0.8])
     rows, states, phases = Sweep(axes, SLOPE.Parameters(s=-0.1)).columns()
     assert rows.shape == (2, 9)
     assert states.shape == (2, 3)
@@ -116,7 +121,7 @@ def test_basins_of_a_slope_have_closed_attractors(tmp_path: Path) -> None:
 def test_a_duty_cycle_of_a_whole_period_is_refused_by_its_range_with_all_digits() -> None:
     allowed = r"D = 1\.0: must be (a number )?in \[1e-09, 0\.999999999\] for a run"
     with pytest.raises(InvalidInput, match=allowed):
-        Axis.linear("D", 0.5, 1.0, 2, scenes.prototype)
+        Sweep((Axis.linear("D", 0.5, 1.0, 2),), scenes.prototype.Parameters())
     rows = np.array([list(scenes.prototype.Parameters().to_dict().values())])
     rows[0, scenes.prototype.facts.PARAMETERS.index("D")] = 1.0
     with pytest.raises(InvalidInput, match=allowed):
