@@ -264,6 +264,6 @@ def _check_names(signature: inspect.Signature, name: str, args: Any, named: Any)
         if not any(one.startswith("**") for one in names):
             for one in named:
                 check_one_of(f"argument of {name}", one, names)
-        given = (*names[: len(args)], *named)
+        given = (*[one for one in [*signature.parameters][: len(args)] if one != "self"], *named)
         allowed = f"{', '.join(names)} ({error})"
         raise InvalidInput(f"arguments of {name}", given, allowed) from error

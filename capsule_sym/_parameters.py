@@ -29,13 +29,7 @@ SHIPPED = ("capsule", "slope", "prototype", "reaction", "reaction_pulse")
 """Names of the scenes that ship; the first is the paper's."""
 _ALLOWED = f"{', '.join(SHIPPED)}, or a folder that `python -m capsule_sym.codegen` wrote"
 _Kind = TypeVar("_Kind", bound="_Frozen")
-_MODULES = {
-    "facts": "facts",
-    "formulas": "formulas",
-    "dataclasses": "parameters",
-    "switching": "switching",
-    "code": "kernels",
-}
+_MODULES = {"dataclasses": "parameters", "code": "kernels"}
 
 
 class Scene:
@@ -56,9 +50,9 @@ class Scene:
         """Name of a shipped scene or a folder, and the package of the code."""
 
     def __getattr__(self, name: str) -> Any:
-        if name not in _MODULES:
+        if name not in Scene.__annotations__:
             raise AttributeError(f"a scene has no attribute {name!r}")
-        found = import_module(f"{self.package}.{_MODULES[name]}")
+        found = import_module(f"{self.package}.{_MODULES.get(name, name)}")
         setattr(self, name, found)
         return found
 
@@ -337,12 +331,7 @@ class SceneDevice(_Frozen, Scales):
         for another name.
         """
         facts = self.scene.facts
-        if name not in facts.DRIVEN:
-            raise InvalidInput(
-                "parameter",
-                name,
-                f"one of {', '.join(facts.DRIVEN)}, of the device{self.scene.told}",
-            )
+        check_one_of("parameter", name, facts.DRIVEN, f", of the device{self.scene.told}")
         tied = facts.DRIVEN[name][0]
         one = self.scene.values(
             **{each: getattr(self, each) for each in facts.DEVICE} | {name: 1.0}

@@ -8,7 +8,7 @@ from typing import Any
 
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_toml
-from capsule_sym._parameters import CAPSULE, Scene, SceneDevice, scene_in
+from capsule_sym._parameters import CAPSULE, SceneDevice, scene_in
 from capsule_sym._sweeps.axes import START, Axis, check_name
 from capsule_sym._sweeps.sweep import Sweep
 
@@ -82,9 +82,12 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
     _check_table("key", plan, ("scene", "axes", "parameters", "device", "start", *_SETTINGS))
     scene = scene_in(plan, path) or CAPSULE
     axes, parameters, start = (plan.get(name, {}) for name in ("axes", "parameters", "start"))
-    device = _device(scene, plan["device"]) if "device" in plan else None
-    if device is not None and parameters:
-        raise InvalidInput("parameters", [*parameters], "absent if a device is given")
+    device = None
+    if "device" in plan:
+        _check_table("device", plan["device"])
+        device = scene.PhysicalParameters(**plan["device"])
+        if parameters:
+            raise InvalidInput("parameters", [*parameters], "absent if a device is given")
     _check_table("parameters", parameters, scene.facts.PARAMETERS, told=scene.told)
     _check_table("start", start, START)
     _check_table("axes", axes)
@@ -96,13 +99,6 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
         device=device,
         **{name: plan[name] for name in _SETTINGS if name in plan},
     )
-
-
-def _device(scene: Scene, given: Any) -> SceneDevice:
-    facts = scene.facts
-    needed = [name for name in facts.DEVICE if name not in facts.DEVICE_DEFAULTS]
-    _check_table("device", given, [*facts.DEVICE], needed, scene.told)
-    return scene.PhysicalParameters(**given)
 
 
 def _axis(name: str, given: Any, device: SceneDevice | None) -> Axis:

@@ -144,7 +144,10 @@ REFUSED = [
     ("sweep --out s --alpha 0.1:2", "'0.1:2' is not float | LOW:HIGH:COUNT, such as 0.1:2:20."),
     ("sweep --out s --alpha 0.1:2:0", "'0.1:2:0' is not float | LOW:HIGH:COUNT, such as"),
     ("run --params part.toml", "with c, G, P_d, Omega, mu too"),
-    ("sweep device.toml --out s", "must be a table with c, G, P_d, Omega, mu too"),
+    (
+        "sweep device.toml --out s",
+        "arguments of PhysicalParameters = ('M_m', 'M_c', 'k1', 'k2') ... 'c'",
+    ),
 ]
 
 
