@@ -40,22 +40,14 @@ def _attach(
         if name not in known:
             from capsule_sym._errors import suggestion
 
-            homes = [f"; it is in {one}" for one in _homes_of(name)]
-            more = "" if name[0] == "_" else [*homes, suggestion(name, known)][0]
+            homes = "; others are in its modules figures, inputs, orbits and results"
+            more = suggestion(name, known) or homes * (module == __name__)
             raise AttributeError(f"module {module!r} has no attribute {name!r}{more}")
         found = _imported(module, known[name], name)
         setattr(sys.modules[module], name, found)
         return found
 
     return get, lambda: sorted(_names_of(module, loader, file))
-
-
-def _homes_of(name: str) -> "list[str]":
-    """Public modules with a name."""
-    from importlib import import_module
-
-    modules = (f"capsule_sym.{one}" for one in ("figures", "inputs", "orbits", "results"))
-    return [one for one in ("capsule_sym", *modules) if name in dir(import_module(one))]
 
 
 def _imported(public: str, home: str, name: str) -> object:

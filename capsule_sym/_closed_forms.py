@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from functools import cache
 from itertools import count
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,9 +20,7 @@ from capsule_sym.generated import basis as _basis
 basis: Any = _basis  # what is printed has no types
 Terms = list[Any]
 Values = tuple[Any, ...]
-_NAMES = ("cos", "exp", "expm1", "ldexp", "sin", "sqrt")
-_DOUBLES = SimpleNamespace(prec=53)
-_DOUBLES.__dict__.update({name: getattr(math, name) for name in _NAMES})
+_DOUBLES = SimpleNamespace(prec=53, **vars(math))
 
 
 class Start(NamedTuple):
@@ -41,11 +39,6 @@ class Start(NamedTuple):
     sin_theta: Any
 
 
-def kernels_of(code: ModuleType, pulsed: bool, functions: Any = _DOUBLES) -> Kernels:
-    """Kernels of a scene's generated code, by functions of mpmath's names."""
-    return (Kernels if pulsed else Harmonic)(code, functions)
-
-
 class Kernels:
     """Kernels of a scene whose drive is constant within a segment.
 
@@ -54,7 +47,7 @@ class Kernels:
 
     JET_ORDER: int = basis.JET_ORDER
 
-    def __init__(self, code: Any, by: Any) -> None:
+    def __init__(self, code: Any, by: Any = _DOUBLES) -> None:
         self.code, self.by, self.Start = code, by, Start
         self.Constants, self.JACOBIAN_COLUMNS = code.Constants, code.JACOBIAN_COLUMNS
         self.jet, self.jet_magnitudes = code.jet, code.jet_magnitudes

@@ -94,9 +94,9 @@ class Scene:
 
     def kernels_by(self, *functions: Any) -> Kernels:
         """Closed forms of segments, by mpmath's functions or others of their names."""
-        from capsule_sym._closed_forms import kernels_of  # loads NumPy
+        from capsule_sym._closed_forms import Harmonic, Kernels  # loads NumPy
 
-        return kernels_of(self.code, self.facts.PULSED, *functions)
+        return (Kernels if self.facts.PULSED else Harmonic)(self.code, *functions)
 
     @cached_property
     def records(self) -> Any:

@@ -247,10 +247,8 @@ def flag(name: str) -> str:
 
 def is_given(name: str) -> bool:
     """True if the running command's option, by the name of its value, is on the line."""
-    return click.get_current_context().get_parameter_source(name) not in _NOT_GIVEN
-
-
-_NOT_GIVEN = (None, ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)
+    source = click.get_current_context().get_parameter_source(name)
+    return source is ParameterSource.COMMANDLINE
 
 
 def require(*names: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated, Any, Literal
 
 import capsule_sym
@@ -68,7 +67,7 @@ def run(
                 periods,
                 backend=backend,
                 max_seconds=max_seconds,
-                progress=(lambda turns: report(turns, periods)) if sys.stderr.isatty() else None,
+                progress=lambda turns: report(turns, periods),
             )
     except KeyboardInterrupt:
         kept = "nothing is kept; with --max-seconds a run shows its results so far"

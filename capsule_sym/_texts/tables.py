@@ -42,12 +42,12 @@ def table(
     (console or make_console()).print(made)
 
 
-def grid(rows: Iterable[Iterable[str]]) -> None:
-    """Print rows in columns without a head, if there are any."""
+def grid(rows: Iterable[tuple[str, str]]) -> None:
+    """Print pairs in two columns without a head, if there are any."""
     from rich.table import Column, Table
 
-    if listed := [[*row] for row in rows]:
-        made = Table.grid(*(Column(overflow="fold") for _ in listed[0]), padding=(0, 2))
-        for row in listed:
-            made.add_row(*row)
+    made = Table.grid(Column(overflow="fold"), Column(overflow="fold"), padding=(0, 2))
+    for row in rows:
+        made.add_row(*row)
+    if made.row_count:
         make_console().print(made)
