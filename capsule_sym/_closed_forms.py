@@ -106,7 +106,7 @@ class Kernels:
         """Constants q, nu, slow, fast and rate, from those of the equations of motion."""
         sigma, K, by = known["sigma"], known["K"], self.by
         q = K - sigma * sigma
-        # Where q = 0, sin(nu h)/nu is h to the last digit.
+        # If q = 0, sin(nu h)/nu is h to the last digit.
         nu = by.sqrt(max(abs(q), by.ldexp(1, -4 * by.prec)))
         fast = sigma + nu if q < 0 else by.sqrt(K)
         return q, nu, -K / (sigma + nu), fast, fast

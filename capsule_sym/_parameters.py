@@ -387,7 +387,7 @@ class Parameters(Fields, SceneParameters):
 
 @checked
 @dataclass(frozen=True, slots=True)
-class PhysicalParameters(DeviceFields, Relations, SceneDevice):
+class PhysicalParameters(DeviceFields, Relations, SceneDevice):  # type: ignore[override]
     """Parameters of the device in SI units, with the scales of results in SI units.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite, the masses,

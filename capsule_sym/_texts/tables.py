@@ -24,12 +24,12 @@ def make_console(stderr: bool = False, width: int = 110) -> Console:
 
 def table(
     columns: Iterable[str],
-    rows: Iterable[Iterable[str]],
+    rows: Iterable[Iterable[Any]],
     right: Collection[str] = (),
     gap: int = 1,
     console: Console | None = None,
 ) -> None:
-    """Print a table with a line below its head; the columns in `right` are right-aligned."""
+    """Print texts as a table with a line below its head; columns in `right` are right-aligned."""
     from rich import box
     from rich.table import Table
 

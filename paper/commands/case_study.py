@@ -38,8 +38,9 @@ def case_study(*, out: options.Folder = None, as_json: options.Json = False) -> 
     total = len(casestudy.GAMMAS) * len(casestudy.PANELS)
     cases = [*bars.track(casestudy.run(), "Running the case study", total)]
     total = len(casestudy.GAMMAS) * len(thresholds.PRINTED)
+    done = count(1)
     with bars.reporting("Locating the bifurcations") as report:
-        found = thresholds.compute(lambda done=count(1): report(next(done), total))
+        found = thresholds.compute(lambda: report(next(done), total))
     record = casestudy.record(cases) | {"bifurcations": thresholds.record(found)}
     paths = [] if out is None else casestudy.write(record, out) + thresholds.save(found, out)
     if as_json:
