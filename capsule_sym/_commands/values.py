@@ -31,7 +31,8 @@ class Range(click.ParamType):  # type: ignore[type-arg]
             return numbers[0]
         if len(numbers) != 2 + self.counted or min(numbers[2:], default=1) < 1:
             example = "0.1:2:20" if self.counted else "0.1:2"
-            self.fail(f"{value!r} is not {self.name}, such as {example}.", param, ctx)
+            shape = self.name.removeprefix("float | ")
+            self.fail(f"{value!r} is not {shape}, such as {example}.", param, ctx)
         return numbers
 
 

@@ -86,7 +86,7 @@ REFUSED = [
     ("branch --alpha 1:2 --gamma 2:3", "gamma = '2:3': must be the only parameter"),
     ("branch --alpha 1:inf", "alpha = inf: must be finite"),
     ("branch --out taken/new", "not a writable directory"),
-    ("branch --alpha 1:", "'1:' is not float | LOW:HIGH, such as 0.1:2"),
+    ("branch --alpha 1:", "'1:' is not LOW:HIGH, such as 0.1:2"),
     ("basin --x-r 0:1 --out new", "'0:1' is not LOW:HIGH:COUNT, such as 0.1:2:20"),
     ("branch --along s=1:2", "parameter = 's': must be one of"),
     ("branch --omega 1:2 --with alpha=1-omega", "alpha = -"),
@@ -139,10 +139,10 @@ REFUSED = [
     ("sweep none.toml --out s", "alpha = []: must be one value or more"),
     # no numbers and no ranges
     ("run --state 0 0,1 0", "'0,1' is not a valid float"),
-    ("branch --alpha 0.1-2", "'0.1-2' is not float | LOW:HIGH, such as 0.1:2."),
+    ("branch --alpha 0.1-2", "'0.1-2' is not LOW:HIGH, such as 0.1:2."),
     ("branch --P-d 3", "'3' is not LOW:HIGH, such as 0.1:2."),
-    ("sweep --out s --alpha 0.1:2", "'0.1:2' is not float | LOW:HIGH:COUNT, such as 0.1:2:20."),
-    ("sweep --out s --alpha 0.1:2:0", "'0.1:2:0' is not float | LOW:HIGH:COUNT, such as"),
+    ("sweep --out s --alpha 0.1:2", "'0.1:2' is not LOW:HIGH:COUNT, such as 0.1:2:20."),
+    ("sweep --out s --alpha 0.1:2:0", "'0.1:2:0' is not LOW:HIGH:COUNT, such as"),
     ("run --params part.toml", "with c, G, P_d, Omega, mu too"),
     (
         "sweep device.toml --out s",
