@@ -10,16 +10,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
-# Modules that cannot be imported without an extra; others raise when they are called.
-_NEEDS = {
-    "flint": ("_enclosures.certificates.certify", "_enclosures.certificates.checker"),
-    "matplotlib": (
-        *("_figures.attractors", "_figures.curves", "_figures.design", "_figures.diagrams"),
-        *("_figures.portraits", "_figures.pulses", "_figures.shocks"),
-        *("_figures.style", "_figures.sweeps", "_figures.tolerances"),
-    ),
-    "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.results"),
-}
 # Not a cache of functools: its import would come before Ctrl-C has its handler in `__main__`.
 _homes: dict[str, dict[str, str]] = {}
 
@@ -45,27 +35,19 @@ def _attach(
         import sys
 
         known = _names_of(module, loader, file)
-        if name == "__all__":
-            return _installed(known)
+        if name == "__all__":  # a missing dependency would make the whole `import *` fail
+            return [one for one in sorted(known) if _works(get, one)]
         if name not in known:
             from capsule_sym._errors import suggestion
 
-            homes = [f"; it is in {one}" for one in _homes_of(name)]
-            more = "" if name[0] == "_" else [*homes, suggestion(name, known)][0]
+            homes = "; others are in its modules figures, inputs, orbits and results"
+            more = suggestion(name, known) or homes * (module == __name__)
             raise AttributeError(f"module {module!r} has no attribute {name!r}{more}")
         found = _imported(module, known[name], name)
         setattr(sys.modules[module], name, found)
         return found
 
     return get, lambda: sorted(_names_of(module, loader, file))
-
-
-def _homes_of(name: str) -> "list[str]":
-    """Public modules with a name."""
-    from importlib import import_module
-
-    modules = (f"capsule_sym.{one}" for one in ("figures", "inputs", "orbits", "results"))
-    return [one for one in ("capsule_sym", *modules) if name in dir(import_module(one))]
 
 
 def _imported(public: str, home: str, name: str) -> object:
@@ -82,15 +64,6 @@ def _imported(public: str, home: str, name: str) -> object:
         from capsule_sym._errors import NotInstalled
 
         raise NotInstalled(missing) from missing
-    except ValueError as error:
-        if not str(error).startswith("Key backend"):
-            raise
-        import os
-
-        from capsule_sym._errors import InvalidInput
-
-        backend = os.environ.get("MPLBACKEND")
-        raise InvalidInput("MPLBACKEND", backend, "a backend of Matplotlib") from error
     if isinstance(found, type(_attach)):  # a function
         from capsule_sym._arguments import checked
 
@@ -99,12 +72,13 @@ def _imported(public: str, home: str, name: str) -> object:
     return found
 
 
-def _installed(known: dict[str, str]) -> list[str]:
-    """Names available to `import *`: a missing dependency would make the whole import fail."""
-    from importlib.util import find_spec
-
-    absent = {one for need, some in _NEEDS.items() if find_spec(need) is None for one in some}
-    return sorted(name for name, home in known.items() if home not in absent)
+def _works(get: "Callable[[str], object]", name: str) -> bool:
+    """False for a name that cannot be imported without an extra; others raise when called."""
+    try:
+        get(name)
+    except ImportError:
+        return False
+    return True
 
 
 _get, _dir = _attach(__name__, __loader__, __file__)

@@ -28,34 +28,19 @@ _ALIASES = {
     "Progress": "Callable",
     "Vector": "Sequence[Number]",
 }
-"""Meanings of other names of types; one that is not known allows any value."""
+"""Meanings of other names of types."""
 _SOURCES = {
     "SceneParameters": "Parameters(alpha=0.7), or .dimensionless() of a device,",
-    "SceneDevice": "PhysicalParameters(...)",
     "Trajectory": "simulate(parameters)",
-    "SteadyMotion": "simulate(parameters).steady()",
     "Orbit": "solve_orbit(parameters)",
-    "Itinerary": "orbit.itinerary",
     "Branch": "continue_orbit(orbit, name, to)",
     "Bifurcation": "branch.bifurcations[0]",
-    "CurvePoint": "curve.points[0]",
-    "Curve": "continue_bifurcation(bifurcation, name, ranges)",
-    "ContinuedAttractors": "continue_attractors(parameters, name, values, starts)",
-    "Shock": "minimal_shock(orbit)",
-    "Pulse": "switch_by_pulse(start, end)",
-    "Fit": "fit(data, parameters, unknown)",
-    "Front": "pareto(metric, against, over)",
-    "Tolerances": "tolerances(metrics, over)",
-    "Sweep": "load_sweep(file)",
+    "Sweep": "read_plan(file)",
     "Axis": "Axis.linear(name, low, high, count)",
     "Dataset": "open_results(store)",
     "Scene": "scenes.load(folder)",
-    "Figure": "plot(result)",
-    "SubFigure": "figure.subfigures()",
-    "Axes": "figure.subplots()",
-    "Watch": "Watch",
 }
-"""Classes whose objects are arguments, with an expression that gives one."""
+"""Classes whose objects are frequent arguments, with an expression that gives one."""
 
 
 class _Kind(NamedTuple):
@@ -117,13 +102,6 @@ def _axes(value: Any) -> bool:
     return _AXES.allows(value) or (some and all(map(_axes, every)))
 
 
-def _scalable(value: Any) -> bool:
-    """True for numbers and arrays, also those of other libraries, such as mpmath or SymPy."""
-    plain = type(value).__module__ in ("builtins", "numpy", "decimal")
-    numbers = _numeric(value) if plain or hasattr(value, "__array__") else True
-    return hasattr(type(value), "__pow__") and numbers
-
-
 def _instance(name: str, words: str) -> _Kind:
     """Objects of a class and of those derived from it, by its name, but no orbit that is none."""
 
@@ -144,11 +122,11 @@ _LEAVES = {
     "str": _Kind(lambda v: isinstance(v, str), "a text", True),
     "bool": _Kind(lambda v: type(v).__name__ in ("bool", "bool_"), "True or False", True),
     "None": _Kind(lambda v: v is None, "", True),
-    "_Quantity": _Kind(_scalable, "a number or an array"),
     "Number": _Kind(
         lambda v: is_real(v) or (isinstance(v, Real) and not isinstance(v, int)), "a number"
     ),
     "Constants": _Kind(lambda v: hasattr(v, "own_stop"), "orbit.system.flows[0].c or alike"),
+    "Any": _Kind(lambda v: True, "values"),
     "PathLike": _Kind(lambda v: isinstance(v, str | PathLike), "a file name", True),
     "Callable": _Kind(lambda v: callable(v) and not isinstance(v, type), "a function"),
     "ArrayLike": _Kind(_numeric, "numbers"),
@@ -167,15 +145,19 @@ _ITEMS = _LEAVES | {"float": _Kind(is_real, "a number")}  # NaN is refused with 
 def _named(name: str, leaves: str = "") -> _Kind | None:
     if name in _ALIASES:
         return _kind(ast.parse(_ALIASES[name], mode="eval").body)
-    if name not in _SOURCES:
-        return (_ITEMS if leaves else _LEAVES).get(name)
+    if (known := (_ITEMS if leaves else _LEAVES).get(name)) or not name[0].isupper():
+        return known
     article = "an" if name[0] in "AEIO" else "a"
-    words = f"{article} {name.removeprefix('Scene') or name}, as {_SOURCES[name]} gives"
+    words = f"{article} {name.removeprefix('Scene') or name}"
+    words += f", as {_SOURCES[name]} gives" if name in _SOURCES else ""
     return _instance(name, words)
 
 
 def _kind(node: Any, item: str = "") -> _Kind | None:
-    """Kind of an annotation, of an argument or an item; None if any value is allowed."""
+    """Kind of an annotation, of an argument or an item; None if any value is allowed.
+
+    A name that begins with a capital is that of a class, unless it has a meaning here.
+    """
     if isinstance(node, ast.Constant):
         return _named(str(node.value), item)
     if isinstance(node, ast.Name | ast.Attribute):
@@ -224,24 +206,24 @@ def _union(first: _Kind, second: _Kind) -> _Kind:
     return _Kind(lambda v: first.allows(v) or second.allows(v), either, by_type)
 
 
-def checked(target: _Target, types: bool = True) -> _Target:
+def checked(target: _Target) -> _Target:
     """The function with a check of its arguments; a class gets it for its constructor.
 
     Calls raise InvalidInput for an argument of a wrong type, a name that is not one of the
     arguments, and too few or too many of them.
     """
     if isinstance(target, type):
-        target.__init__ = _checked(target.__init__, target.__name__, types)  # type: ignore[misc]
+        target.__init__ = _checked(target.__init__, target.__name__)  # type: ignore[misc]
         return target
     made: _Target = _checked(target, target.__name__)
     return made
 
 
-def _checked(function: Any, name: str, types: bool = True) -> Any:
+def _checked(function: Any, name: str) -> Any:
     signature = inspect.signature(function)
     names, kinds = [*signature.parameters], {}
     for one, about in signature.parameters.items():
-        if types and isinstance(text := about.annotation, str):
+        if isinstance(text := about.annotation, str):
             # Axes are of any layout; the figure checks their number.
             text = text.replace("Sequence[Axes]", "Axes").replace("Axes |", "AnyAxes |")
             kinds[one] = _kind(ast.parse(text, mode="eval").body)
@@ -282,6 +264,6 @@ def _check_names(signature: inspect.Signature, name: str, args: Any, named: Any)
         if not any(one.startswith("**") for one in names):
             for one in named:
                 check_one_of(f"argument of {name}", one, names)
-        given = (*names[: len(args)], *named)
+        given = (*[one for one in [*signature.parameters][: len(args)] if one != "self"], *named)
         allowed = f"{', '.join(names)} ({error})"
         raise InvalidInput(f"arguments of {name}", given, allowed) from error

@@ -7,7 +7,6 @@ imports SymPy.
 from __future__ import annotations
 
 import os
-import re
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -17,8 +16,7 @@ from typing import NoReturn, TextIO
 import click
 
 from capsule_sym._commands.signature import Command
-from capsule_sym._commands.values import number_meant
-from capsule_sym._errors import CapsuleError, InvalidInput, NotInstalled, counted, suggestion
+from capsule_sym._errors import CapsuleError, InvalidInput, NotInstalled, counted
 from capsule_sym._figures.sizes import UNLISTED
 
 _INTERRUPTED = 130  # the exit status of shells for it
@@ -28,40 +26,21 @@ _COMPLETE = "_CAPSULE_SYM_COMPLETE"  # environment variable by which a shell req
 class _LazyCommand(click.Command):
     """A command named here, whose module is imported only when it is called."""
 
-    def __init__(self, name: str, module: str, short_help: str, section: str) -> None:
+    def __init__(self, name: str, module: str, short_help: str) -> None:
         super().__init__(name, short_help=short_help)
-        self.module, self.section = module, section
+        self.module = module
 
 
 class CommandGroup(click.Group):
     """Group of commands that are imported when they are called, in the order of their use."""
 
-    def add(self, name: str, module: str, short_help: str, section: str = "Commands") -> None:
+    def add(self, name: str, module: str, short_help: str) -> None:
         """Add the command of this name in a module, with _ for -."""
-        self.add_command(_LazyCommand(name, module, short_help, section))
+        self.add_command(_LazyCommand(name, module, short_help))
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names in the order in which they were added."""
         return list(self.commands)
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands by section."""
-        every = [one for one in self.commands.values() if isinstance(one, _LazyCommand)]
-        width = max(len(name) for name in self.commands)
-        for section in dict.fromkeys(one.section for one in every):
-            with formatter.section(section):
-                own = (one for one in every if one.section == section)
-                formatter.write_dl([(f"{one.name:{width}}", str(one.short_help)) for one in own])
-
-    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of scenes below the commands of the tool."""
-        if self.name != "capsule-sym":
-            return
-        from capsule_sym._parameters import SHIPPED
-
-        scenes = f"Scenes: {', '.join(SHIPPED)}. --scene chooses one, with its own parameters."
-        formatter.write_paragraph()
-        formatter.write_text(scenes)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -84,7 +63,11 @@ def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> No
     context.exit()
 
 
-@click.group("capsule-sym", cls=CommandGroup, invoke_without_command=True)
+_SCENES = "capsule, slope, prototype, reaction, reaction_pulse"
+_ABOUT = f"Scenes: {_SCENES}. --scene chooses one, with its own parameters."
+
+
+@click.group("capsule-sym", cls=CommandGroup, invoke_without_command=True, epilog=_ABOUT)
 @click.option(
     "--version",
     is_flag=True,
@@ -116,15 +99,9 @@ for _name, _module, _text in (
     ("fit", "fit", "Fit parameters to measured series."),
     ("check", "check", "Check an integrator's switches."),
     ("explore", "explore", "Open the exact map as a page in a browser."),
+    ("verify", "verify", "Prove the theory of a scene: closed forms, switching."),
 ):
     group.add(_name, f"capsule_sym._commands.{_module}", _text)
-_REVIEW = "For reviewers and developers"
-group.add(
-    "verify",
-    "capsule_sym._commands.verify",
-    "Prove the theory of a scene: closed forms, switching.",
-    _REVIEW,
-)
 
 
 def main(arguments: Sequence[str] | None = None, commands: click.Group = group) -> NoReturn:
@@ -173,15 +150,6 @@ def _ended(arguments: list[str], commands: click.Group) -> int:
         sys.stdout.flush()
     except click.exceptions.Exit as done:
         return done.exit_code
-    except click.BadParameter as error:
-        more, message = "", error.format_message()
-        given = re.match(r"'(.*?)' is .*?(?:valid float|not one of|none of)(.*)", error.message)
-        if given and not message.endswith("?"):
-            close = suggestion(given[1], re.findall(r"[\w-]+", given[2]))
-            more = number_meant(given[1]) or close.replace("; did", " Did")
-        return _complain(message + more, 2)
-    except click.NoSuchOption as error:
-        return _complain(_elsewhere(error) or error.format_message(), 2)
     except click.ClickException as error:
         return _complain(error.format_message(), 2)
     except InvalidInput as error:
@@ -197,22 +165,6 @@ def _ended(arguments: list[str], commands: click.Group) -> int:
         _discard(sys.stdout)
         return _complain(_reason(error), 1)
     return 0
-
-
-def _elsewhere(error: click.NoSuchOption) -> str:
-    """Hint for an option that another scene has, or a device's file; empty for others."""
-    from capsule_sym._parameters import SHIPPED, scene
-
-    known = error.ctx.command.params if error.ctx else []
-    if not any(one.name == "file" for one in known):
-        return ""  # it takes no parameters
-    name = error.option_name.lstrip("-").replace("-", "_")
-    facts = [scene(one).facts for one in SHIPPED]
-    if found := [one.SCENE for one in facts if name in one.PARAMETERS]:
-        return f"{error.message} --scene {' or '.join(found)} has it."
-    if any(name in one.DEVICE for one in facts):
-        return f"{error.message} It is a quantity of a device, and stands in the file of --params."
-    return ""
 
 
 def _complete(asked: str) -> int:

@@ -1,14 +1,16 @@
-"""Closed form of a segment and its Jacobian, in doubles by NumPy or in the numbers of a library.
+"""Closed form of a segment and its Jacobian, in doubles or in the numbers of a library.
 
-This module chooses between series, closed forms and doubling, and evaluates lanes by their cases.
-The generator writes the response functions, to `generated.basis` for all scenes, and the flow in
-terms of them, to the `kernels` of each scene.
+This module chooses between series, closed forms and doubling. The generator writes the response
+functions, to `generated.basis` for all scenes, and the flow in terms of them, to the `kernels` of
+each scene.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from types import ModuleType
+import math
+from functools import cache
+from itertools import count
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,8 +19,8 @@ from capsule_sym.generated import basis as _basis
 
 basis: Any = _basis  # what is printed has no types
 Terms = list[Any]
-# Cases of the response functions; from _CONFLUENT on, the number of doublings is added.
-_SHORT, _FREE_SERIES, _OSCILLATING, _OVERDAMPED, _CONFLUENT = range(5)
+Values = tuple[Any, ...]
+_DOUBLES = SimpleNamespace(prec=53, **vars(math))
 
 
 class Start(NamedTuple):
@@ -37,78 +39,23 @@ class Start(NamedTuple):
     sin_theta: Any
 
 
-class Doubles:
-    """Functions by NumPy, of scalars and of arrays with a lane for each segment."""
-
-    cos, exp, expm1, sin, sqrt = np.cos, np.exp, np.expm1, np.sin, np.sqrt
-    any, larger, largest = staticmethod(np.any), np.maximum, staticmethod(np.max)
-    tiny = 1e-300
-    terms: int = basis.SERIES_TERMS
-
-    def doublings(self, reach: Any) -> Any:
-        """Doublings after which a duration is 1 over its rate or less."""
-        return np.ceil(np.log2(np.maximum(reach, 1.0))).astype(int)
-
-    def rows(self, flat: Sequence[Any], width: int) -> Any:
-        """Array of shape (rows, width) + lanes from all entries."""
-        values = np.stack(np.broadcast_arrays(*flat))
-        return values.reshape(-1, width, *values.shape[1:])
-
-
-class Digits:
-    """Functions of a library of many digits by mpmath's names, at its working precision."""
-
-    any, larger, largest = bool, max, staticmethod(lambda value: value)
-
-    def __init__(self, functions: Any) -> None:
-        self._functions = functions
-        for name in ("cos", "exp", "expm1", "sin", "sqrt"):
-            setattr(self, name, getattr(functions, name))
-
-    @property
-    def tiny(self) -> Any:
-        """Number that stands for 0 under a root."""
-        return self._functions.ldexp(1, -4 * self._functions.prec)
-
-    @property
-    def terms(self) -> int:
-        """Terms that the series need, for rate * h < 1."""
-        n, term = 8, self._functions.mpf(1) / 40320
-        while (n + 1) * term > self._functions.eps:
-            n, term = n + 1, term / (n + 1)
-        return n + 2
-
-    def doublings(self, reach: Any) -> int:
-        """Doublings after which a duration is 1 over its rate or less."""
-        n = 0
-        while reach > 1:
-            reach, n = reach / 2, n + 1
-        return n
-
-    def rows(self, flat: Sequence[Any], width: int) -> list[list[Any]]:
-        """Rows of this width from all entries."""
-        return [list(flat[i : i + width]) for i in range(0, len(flat), width)]
-
-
-def kernels_of(code: ModuleType, pulsed: bool, functions: Any = None) -> Kernels:
-    """Kernels of a scene's generated code, by NumPy or by functions of mpmath's names."""
-    numbers = Doubles() if functions is None else Digits(functions)
-    return (Kernels if pulsed else Harmonic)(code, numbers)
-
-
 class Kernels:
     """Kernels of a scene whose drive is constant within a segment.
 
-    Durations, starts and constants are numbers; by NumPy they may also be one-dimensional arrays of
-    one common length, but for contact and drift.
+    Durations, starts and constants are numbers, of which `by` has the functions.
     """
 
     JET_ORDER: int = basis.JET_ORDER
 
-    def __init__(self, code: Any, numbers: Any) -> None:
-        self.code, self.numbers, self.Start = code, numbers, Start
+    def __init__(self, code: Any, by: Any = _DOUBLES) -> None:
+        self.code, self.by, self.Start = code, by, Start
         self.Constants, self.JACOBIAN_COLUMNS = code.Constants, code.JACOBIAN_COLUMNS
         self.jet, self.jet_magnitudes = code.jet, code.jet_magnitudes
+
+    @property
+    def terms(self) -> int:
+        """Terms that the series need, for rate * h < 1."""
+        return _terms(self.by.prec)
 
     def constants(self, field: int, *parameters: Any, **named: Any) -> Any:
         """Constants of the segment of field Fn by its number n."""
@@ -118,40 +65,57 @@ class Kernels:
         )
 
     @np.errstate(under="ignore")  # what has decayed is 0, also where a user's setting raises
-    def flow(self, c: Any, start: Start, h: Any, advance: bool = False) -> Any:
+    def flow(self, c: Any, start: Start, h: Any, advance: bool = False) -> Values:
         """x_r(h) - x_r(0), v_r(h), in drift v_c(h) - v_c(0); with `advance` x_c(h) - x_c(0) too."""
-        case = _either(c.rate * h < 1.0, _SHORT, self._flow_case(c, h))
-        return _by_case(self._flow, case, c, start, h, advance)
+        x_r, gap, v_r, v_c, margin, *angle = start
+        short = c.rate * h < 1
+        forcing = () if short and not advance else self.forcing(c, h)
+        response, rest = self.short(c, h) if short else (self.responses(c, h, forcing), ())
+        position, velocity = self.code.relative_flow(c, x_r, gap, v_r, *angle, *response)
+        if c.drift == 0:
+            return position, velocity
+        if short:
+            change = self.code.drift_short(c, x_r, gap, v_r, margin, *angle, h, *rest)
+        else:
+            change = self.code.drift_long(c, v_r, velocity, *angle, h, *forcing[1:])
+        if not advance:
+            return position, velocity, *change
+        lag = self.integrals(c, h, forcing)[:1]
+        gained = self.code.capsule_advance(c, v_r, v_c, position, *angle, h, *forcing[2:], *lag)
+        return position, velocity, *change, *gained
 
     @np.errstate(under="ignore")
-    def jacobian(self, c: Any, start: Start, h: Any) -> Any:
+    def jacobian(self, c: Any, start: Start, h: Any) -> list[Values]:
         """Derivatives of (x_r, v_r), in drift also of v_c and of x_c's advance, at h, row by row.
 
-        Columns as in JACOBIAN_COLUMNS; by NumPy an array, with lanes along its last axis.
+        Columns as in JACOBIAN_COLUMNS.
         """
-        flat = _by_case(self._jacobian, self._jacobian_case(c, h), c, start, h)
-        return self.numbers.rows(flat, len(self.JACOBIAN_COLUMNS))
+        x_r, gap, v_r, v_c, _, *angle = start
+        forcing = self.forcing(c, h)
+        integrals = self.integrals(c, h, forcing)
+        response, slopes = self.with_slopes(c, h, forcing, integrals)
+        if c.drift == 0:
+            flat = self.code.jacobian_stick(c, x_r, gap, v_r, *angle, *response, *slopes)
+        else:
+            known = *response, *forcing, *integrals, *slopes
+            flat = self.code.jacobian_drift(c, x_r, gap, v_r, v_c, *angle, h, *known)
+        width = len(self.JACOBIAN_COLUMNS)
+        return [flat[i : i + width] for i in range(0, len(flat), width)]
 
-    def _rates(self, known: dict[str, Any]) -> tuple[Any, ...]:
+    def _rates(self, known: dict[str, Any]) -> Values:
         """Constants q, nu, slow, fast and rate, from those of the equations of motion."""
-        sigma, K, by = known["sigma"], known["K"], self.numbers
+        sigma, K, by = known["sigma"], known["K"], self.by
         q = K - sigma * sigma
-        nu = by.sqrt(by.larger(abs(q), by.tiny))  # where q = 0, sin(nu h)/nu is h to the last digit
-        fast = _either(q < 0.0, sigma + nu, by.sqrt(K))
+        # If q = 0, sin(nu h)/nu is h to the last digit.
+        nu = by.sqrt(max(abs(q), by.ldexp(1, -4 * by.prec)))
+        fast = sigma + nu if q < 0 else by.sqrt(K)
         return q, nu, -K / (sigma + nu), fast, fast
 
-    def _flow_case(self, c: Any, h: Any) -> Any:
-        """Cases of durations that are not short."""
-        free = _either(c.q < 0.0, _OVERDAMPED, _OSCILLATING)
-        return _either(c.fast * h < 1.0, _FREE_SERIES, free)
-
-    _jacobian_case = _flow_case
-
-    def forcing(self, c: Any, h: Any) -> tuple[Any, ...]:
+    def forcing(self, c: Any, h: Any) -> Values:
         """Functions of the forcing, of which a constant drive has none."""
         return ()
 
-    def integrals(self, c: Any, h: Any, forcing: tuple[Any, ...]) -> tuple[Any, ...]:
+    def integrals(self, c: Any, h: Any, forcing: Values) -> Values:
         """Integrals of the forcing, of which a constant drive has none."""
         return ()
 
@@ -159,7 +123,7 @@ class Kernels:
         """Terms Gd^(n) h^n / n! of the power series."""
         a, b = 2 * c.sigma * h, c.K * h * h
         d = [1.0 + 0 * h, -a]
-        for n in range(2, self.numbers.terms):
+        for n in range(2, self.terms):
             d.append(-(a * d[n - 1] + b * d[n - 2] / (n - 1)) / n)
         return d
 
@@ -171,137 +135,97 @@ class Kernels:
             z.append((hh * d[n - 2] / (n - 1) - a * z[n - 1] - b * z[n - 2] / (n - 1)) / n)
         return z
 
-    def series(self, c: Any, h: Any) -> tuple[Any, ...]:
+    def series(self, c: Any, h: Any) -> Values:
         """G, Gd, H and H1 by their power series in h."""
         return _free_sums(self.free_terms(c, h), h)
 
-    def sensitivity_series(self, c: Any, h: Any) -> tuple[Any, ...]:
+    def sensitivity_series(self, c: Any, h: Any) -> Values:
         """G2, G2d and H2 by their power series in h."""
         return _slope_sums(self.slope_terms(c, h, self.free_terms(c, h)), h)
 
-    def _free(self, case: int, c: Any, h: Any) -> tuple[Any, ...]:
+    def halvings(self, reach: Any) -> int:
+        """Halvings after which a duration is 1 over its rate or less."""
+        n = 0
+        while reach > 1:
+            reach, n = reach / 2, n + 1
+        return n
+
+    def short(self, c: Any, h: Any) -> tuple[Values, Values]:
+        """Response functions for a short duration, and those that v_c needs."""
+        G, Gd, H, H1 = self.series(c, h)
+        return (G, Gd, H), (H, H1)
+
+    def free(self, c: Any, h: Any) -> Values:
         """G, Gd and H by series or closed forms."""
-        if case == _FREE_SERIES:
+        if c.fast * h < 1:
             return self.series(c, h)[:3]
-        closed = basis.oscillating if case == _OSCILLATING else basis.overdamped
-        return closed(self.numbers, c, h)  # type: ignore[no-any-return]
+        closed: Values = (basis.overdamped if c.q < 0 else basis.oscillating)(self.by, c, h)
+        return closed
 
-    def _responses(
-        self, case: int, c: Any, h: Any, forcing: tuple[Any, ...]
-    ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        """Response functions, and for a short duration those that v_c needs."""
-        if case == _SHORT:
-            G, Gd, H, H1 = self.series(c, h)
-            return (G, Gd, H), (H, H1)
-        return self._free(case, c, h), ()
+    def responses(self, c: Any, h: Any, forcing: Values) -> Values:
+        """Response functions for a duration that is not short."""
+        return self.free(c, h)
 
-    def _free_slopes(self, c: Any, h: Any, free: tuple[Any, ...], near: Any) -> tuple[Any, ...]:
+    def free_slopes(self, c: Any, h: Any, free: Values, near: bool) -> Values:
         """G2, G2d and H2 by closed forms, or by doubling near a confluence."""
-        apart = basis.free_slopes_apart(c._replace(q=_either(near, 1.0, c.q)), h, *free)
-        if not self.numbers.any(near):
-            return apart  # type: ignore[no-any-return]
-        part = _either(near, h, 0.0)
-        doublings = self.numbers.doublings(self.numbers.largest(c.fast * part))
-        G, Gd, H = self.series(c, part / 2**doublings)[:3]
-        doubled = self.sensitivity_series(c, part / 2**doublings)[:3]
+        if not near:
+            apart: Values = basis.free_slopes_apart(c, h, *free)
+            return apart
+        doublings = self.halvings(c.fast * h)
+        G, Gd, H = self.series(c, h / 2**doublings)[:3]
+        slopes = self.sensitivity_series(c, h / 2**doublings)[:3]
         for _ in range(doublings):
-            doubled = basis.free_slopes_doubled(c, G, Gd, H, *doubled)
+            slopes = basis.free_slopes_doubled(c, G, Gd, H, *slopes)
             G, Gd, H = basis.free_doubled(c, G, Gd, H)
-        return tuple(_either(near, a, b) for a, b in zip(doubled, apart, strict=True))
+        return slopes
 
-    def _with_slopes(
-        self, case: int, c: Any, h: Any, forcing: tuple[Any, ...], integrals: tuple[Any, ...]
-    ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    def with_slopes(
+        self, c: Any, h: Any, forcing: Values, integrals: Values
+    ) -> tuple[Values, Values]:
         """Response functions and their sensitivities.
 
         Closed sensitivities cancel more, by a power of the duration: they are used later, and never
         if strong damping makes K small compared with sigma^2.
         """
-        free = self._free(case, c, h)
-        near = (c.q < 0.0) | (c.rate * h < 8.0) | (abs(c.q) * h * h < 1.0)
-        return free, self._free_slopes(c, h, free, near)
-
-    def _flow(self, case: int, c: Any, start: Start, h: Any, advance: bool) -> tuple[Any, ...]:
-        x_r, gap, v_r, v_c, margin, *angle = start
-        forcing = self.forcing(c, h) if case != _SHORT or advance else ()
-        response, short = self._responses(case, c, h, forcing)
-        position, velocity = self.code.relative_flow(c, x_r, gap, v_r, *angle, *response)
-        if c.drift == 0:
-            return position, velocity
-        if case == _SHORT:
-            change = self.code.drift_short(c, x_r, gap, v_r, margin, *angle, h, *short)
-        else:
-            change = self.code.drift_long(c, v_r, velocity, *angle, h, *forcing[1:])
-        if not advance:
-            return position, velocity, *change
-        lag = self.integrals(c, h, forcing)[:1]
-        gained = self.code.capsule_advance(c, v_r, v_c, position, *angle, h, *forcing[2:], *lag)
-        return position, velocity, *change, *gained
-
-    def _jacobian(self, case: int, c: Any, start: Start, h: Any) -> Sequence[Any]:
-        x_r, gap, v_r, v_c, _, *angle = start
-        forcing = self.forcing(c, h)
-        integrals = self.integrals(c, h, forcing)
-        response, slopes = self._with_slopes(case, c, h, forcing, integrals)
-        if c.drift == 0:
-            return self.code.jacobian_stick(c, x_r, gap, v_r, *angle, *response, *slopes)  # type: ignore[no-any-return]
-        known = *response, *forcing, *integrals, *slopes
-        return self.code.jacobian_drift(c, x_r, gap, v_r, v_c, *angle, h, *known)  # type: ignore[no-any-return]
+        free = self.free(c, h)
+        near = c.q < 0 or c.rate * h < 8 or abs(c.q) * h * h < 1
+        return free, self.free_slopes(c, h, free, near)
 
 
 class Harmonic(Kernels):
     """Kernels of a scene whose drive is alpha cos(theta)."""
 
-    def _rates(self, known: dict[str, Any]) -> tuple[Any, ...]:
+    def _rates(self, known: dict[str, Any]) -> Values:
         """Constants q, nu, slow, Z2, resonant, fast and rate."""
         q, nu, slow, fast, _ = super()._rates(known)
         sigma, K, omega = known["sigma"], known["K"], known["omega"]
         detuning = K - omega * omega
         Z2 = detuning * detuning + 4.0 * sigma * sigma * omega * omega
         total = K + omega * omega
-        rate = self.numbers.larger(fast, omega)
-        resonant = total * total > 2.0 * Z2
-        return q, nu, slow, Z2, resonant, fast, rate
+        return q, nu, slow, Z2, total * total > 2.0 * Z2, fast, max(fast, omega)
 
-    def _flow_case(self, c: Any, h: Any) -> Any:
-        return self._case(c, h, c.resonant)
-
-    def _jacobian_case(self, c: Any, h: Any) -> Any:
-        # As in `_with_slopes`.
-        strong = (c.q < 0.0) & (c.omega < c.fast)
-        return self._case(c, h, c.resonant | strong | (c.rate * h < 8.0))
-
-    def _case(self, c: Any, h: Any, confluent: Any) -> Any:
-        doubled = _CONFLUENT + self.numbers.doublings(c.rate * h)
-        return _either(confluent, doubled, super()._flow_case(c, h))
-
-    def forcing(self, c: Any, h: Any) -> tuple[Any, ...]:
+    def forcing(self, c: Any, h: Any) -> Values:
         """Cosine, sine and versine of the forcing."""
-        cos, sin = self.numbers.cos, self.numbers.sin
+        cos, sin = self.by.cos, self.by.sin
         half = sin(c.omega * h / 2) / c.omega
         return cos(c.omega * h), sin(c.omega * h) / c.omega, 2 * half * half
 
-    def integrals(self, c: Any, h: Any, forcing: tuple[Any, ...]) -> tuple[Any, ...]:
+    def integrals(self, c: Any, h: Any, forcing: Values) -> Values:
         """Functions lag, sine2, versine2 and lag2 of the forcing."""
+        if c.omega * h < 2:  # all four differences below cancel at small angles
+            return self.forcing_series((c.omega * h) ** 2, h)
         cosine, sine, versine = forcing
         ww = c.omega * c.omega
         lag, sine2 = (h - sine) / ww, (sine - h * cosine) / (2 * ww)
-        closed = lag, sine2, (versine - h * sine / 2) / ww, (lag - sine2) / ww
-        # All four differences cancel at small angles; power series are used there.
-        small = c.omega * h < 2
-        if not self.numbers.any(small):
-            return closed
-        angle = _either(small, c.omega * h, 0)
-        series = self.forcing_series(angle * angle, h)
-        return tuple(_either(small, a, b) for a, b in zip(series, closed, strict=True))
+        return lag, sine2, (versine - h * sine / 2) / ww, (lag - sine2) / ww
 
-    def forcing_series(self, power: Any, h: Any) -> tuple[Any, ...]:
+    def forcing_series(self, power: Any, h: Any) -> Values:
         """The same by their power series, from the squared angle."""
         term = h * h * h / 6
         lag = sine2 = term
         versine2 = term * h / 4
         lag2 = versine2 * h / 5
-        for n in range(1, self.numbers.terms):
+        for n in range(1, self.terms):
             term = -term * power / ((2 * n + 2) * (2 * n + 3))
             lag = lag + term
             slope = (n + 1) * term
@@ -317,14 +241,14 @@ class Harmonic(Kernels):
             y.append((h * d[n - 1] - w * y[n - 2] / (n - 1)) / n)
         return y
 
-    def series(self, c: Any, h: Any) -> tuple[Any, ...]:
+    def series(self, c: Any, h: Any) -> Values:
         """G, Gd, H, H1, B, Bd, Bdd and BI by their power series in h."""
         d = self.free_terms(c, h)
         Bdd, Bd, B, BI = _sums(self.forced_terms(c, h, d))
         hh = h * h
         return *_free_sums(d, h), hh * B, h * Bd, Bdd, hh * h * BI
 
-    def sensitivity_series(self, c: Any, h: Any) -> tuple[Any, ...]:
+    def sensitivity_series(self, c: Any, h: Any) -> Values:
         """G2, G2d, H2, B2, B2d, BW and BWd by their power series in h."""
         w, hh, d = (c.omega * h) ** 2, h * h, self.free_terms(c, h)
         y, z = self.forced_terms(c, h, d), self.slope_terms(c, h, d)
@@ -337,21 +261,21 @@ class Harmonic(Kernels):
         BWd, BW, _, _ = _sums(u)
         return *_slope_sums(z, h), h * B2, B2d, h * BW, BWd
 
-    def _responses(
-        self, case: int, c: Any, h: Any, forcing: tuple[Any, ...]
-    ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        if case == _SHORT:
-            G, Gd, H, H1, B, Bd, Bdd, BI = self.series(c, h)
-            return (G, Gd, H, B, Bd, Bdd), (H, H1, B, Bd, BI)
-        if case >= _CONFLUENT:
-            return self._doubled(c, h, case - _CONFLUENT, False)
-        free = self._free(case, c, h)
-        return (*free, *basis.detached(c, *free, *forcing)), ()
+    def short(self, c: Any, h: Any) -> tuple[Values, Values]:
+        """Response functions for a short duration, and those that v_c needs."""
+        G, Gd, H, H1, B, Bd, Bdd, BI = self.series(c, h)
+        return (G, Gd, H, B, Bd, Bdd), (H, H1, B, Bd, BI)
 
-    def _doubled(
-        self, c: Any, h: Any, doublings: int, sensitive: bool
-    ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    def responses(self, c: Any, h: Any, forcing: Values) -> Values:
+        """Response functions for a duration that is not short, by doubling near resonance."""
+        if c.resonant:
+            return self.doubled(c, h, False)[0]
+        free = self.free(c, h)
+        return *free, *basis.detached(c, *free, *forcing)
+
+    def doubled(self, c: Any, h: Any, sensitive: bool) -> tuple[Values, Values]:
         """Response functions, and all sensitivities on request, from series at a part of h."""
+        doublings = self.halvings(c.rate * h)
         h = h / 2**doublings
         G, Gd, H, _, B, Bd, Bdd, _ = self.series(c, h)
         slopes = self.sensitivity_series(c, h) if sensitive else ()
@@ -368,27 +292,26 @@ class Harmonic(Kernels):
             h = 2 * h
         return (G, Gd, H, B, Bd, Bdd), slopes
 
-    def _with_slopes(
-        self, case: int, c: Any, h: Any, forcing: tuple[Any, ...], integrals: tuple[Any, ...]
-    ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    def with_slopes(
+        self, c: Any, h: Any, forcing: Values, integrals: Values
+    ) -> tuple[Values, Values]:
         """Response functions and sensitivities, near critical damping the free ones by doubling."""
-        if case >= _CONFLUENT:
-            return self._doubled(c, h, case - _CONFLUENT, True)
-        response, _ = self._responses(case, c, h, forcing)
-        G, Gd, H, B, Bd, Bdd = response
-        free = self._free_slopes(c, h, (G, Gd, H), abs(c.q) * h * h < 1.0)
-        known = G, B, Bd, Bdd, *forcing[:2], integrals[1], *free[:2]
+        strong = c.q < 0 and c.omega < c.fast  # as for a constant drive
+        if c.resonant or strong or c.rate * h < 8:
+            return self.doubled(c, h, True)
+        G, Gd, H, *forced = response = self.responses(c, h, forcing)
+        free = self.free_slopes(c, h, (G, Gd, H), abs(c.q) * h * h < 1)
+        known = G, *forced, *forcing[:2], integrals[1], *free[:2]
         return response, (*free, *basis.forced_slopes_apart(c, h, *known))
 
 
-def _either(condition: Any, first: Any, second: Any) -> Any:
-    """Choice by a condition, lane by lane if it is an array."""
-    if isinstance(condition, np.ndarray):
-        return np.where(condition, first, second)
-    return first if condition else second
+@cache
+def _terms(bits: int) -> int:
+    """Terms of a series up to those that numbers of these bits do not see."""
+    return next(n + 2 for n in count(8) if (n + 1) << (bits - 1) <= math.factorial(n))
 
 
-def _sums(terms: Terms) -> tuple[Any, ...]:
+def _sums(terms: Terms) -> Values:
     """Sum of the terms, and of the terms once, twice and thrice integrated, over powers of h."""
     plain = once = twice = thrice = 0.0
     for n in reversed(range(len(terms))):
@@ -402,35 +325,12 @@ def _sums(terms: Terms) -> tuple[Any, ...]:
     return plain, once, twice, thrice
 
 
-def _free_sums(d: Terms, h: Any) -> tuple[Any, ...]:
+def _free_sums(d: Terms, h: Any) -> Values:
     Gd, G, H, H1 = _sums(d)
     hh = h * h
     return h * G, Gd, hh * H, hh * h * H1
 
 
-def _slope_sums(z: Terms, h: Any) -> tuple[Any, ...]:
+def _slope_sums(z: Terms, h: Any) -> Values:
     G2d, G2, H2, _ = _sums(z)
     return h * G2, G2d, h * h * H2
-
-
-def _by_case(
-    function: Callable[..., Sequence[Any]], cases: Any, c: Any, start: Start, h: Any, *options: bool
-) -> Any:
-    """Values of a function of one case, on the lanes that are in it."""
-    if getattr(cases, "ndim", 0) == 0:
-        return function(int(cases), c, start, h, *options)
-    lanes = cases.shape
-
-    def part(values: Any, chosen: Any) -> Any:
-        return type(values)(*(v[chosen] if np.ndim(v) else v for v in values))
-
-    results: Any = None
-    for case in np.unique(cases):
-        chosen = cases == case
-        at = part(c, chosen), part(start, chosen), np.broadcast_to(h, lanes)[chosen]
-        values = function(int(case), *at, *options)
-        if results is None:
-            results = tuple(np.empty(lanes) for _ in values)
-        for result, value in zip(results, values, strict=True):
-            result[chosen] = value
-    return results

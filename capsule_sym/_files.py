@@ -116,9 +116,5 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
         return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
-    except ValueError as error:  # neither UTF-8 nor TOML
-        raise InvalidInput("file", str(path), f"a TOML file ({error})") from error
-    except RecursionError:
-        raise InvalidInput(
-            "file", str(path), "a TOML file with fewer brackets in each other"
-        ) from None
+    except (ValueError, RecursionError) as error:  # neither UTF-8 nor TOML, or nested too deeply
+        raise InvalidInput("file", str(path), f"a TOML file ({error})") from None

@@ -6,12 +6,9 @@ Physica D, 2019, doi 10.1016/j.physd.2019.04.008).
 
 from __future__ import annotations
 
-import inspect
 import math
 import os
-import re
-import textwrap
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import cache, cached_property
@@ -32,14 +29,7 @@ SHIPPED = ("capsule", "slope", "prototype", "reaction", "reaction_pulse")
 """Names of the scenes that ship; the first is the paper's."""
 _ALLOWED = f"{', '.join(SHIPPED)}, or a folder that `python -m capsule_sym.codegen` wrote"
 _Kind = TypeVar("_Kind", bound="_Frozen")
-_FIELD = r'^    (\w+): float(?: = (\S+))?\n    """(.+?)"""'
-_MODULES = {
-    "facts": "facts",
-    "formulas": "formulas",
-    "dataclasses": "parameters",
-    "switching": "switching",
-    "code": "kernels",
-}
+_MODULES = {"dataclasses": "parameters", "code": "kernels"}
 
 
 class Scene:
@@ -60,9 +50,9 @@ class Scene:
         """Name of a shipped scene or a folder, and the package of the code."""
 
     def __getattr__(self, name: str) -> Any:
-        if name not in _MODULES:
+        if name not in Scene.__annotations__:
             raise AttributeError(f"a scene has no attribute {name!r}")
-        found = import_module(f"{self.package}.{_MODULES[name]}")
+        found = import_module(f"{self.package}.{_MODULES.get(name, name)}")
         setattr(self, name, found)
         return found
 
@@ -99,14 +89,14 @@ class Scene:
 
     @cached_property
     def kernels(self) -> Kernels:
-        """Closed forms of segments, by NumPy."""
-        return self.kernels_by(None)
+        """Closed forms of segments, in doubles."""
+        return self.kernels_by()
 
-    def kernels_by(self, functions: Any) -> Kernels:
+    def kernels_by(self, *functions: Any) -> Kernels:
         """Closed forms of segments, by mpmath's functions or others of their names."""
-        from capsule_sym._closed_forms import kernels_of  # loads NumPy
+        from capsule_sym._closed_forms import Harmonic, Kernels  # loads NumPy
 
-        return kernels_of(self.code, self.facts.PULSED, functions)
+        return (Kernels if self.facts.PULSED else Harmonic)(self.code, *functions)
 
     @cached_property
     def records(self) -> Any:
@@ -145,7 +135,7 @@ class Scene:
             "__qualname__": f"{self.name}.{name}",
         }
         made: type[_Kind] = type(name, (*generated, base), held)
-        return checked(_described(dataclass(frozen=True)(made)))
+        return checked(dataclass(frozen=True)(made))
 
 
 _known: dict[str, Scene] = {}
@@ -247,31 +237,6 @@ def _names_of(kind: Any) -> tuple[str, ...]:
     return tuple(field.name for field in fields(kind))
 
 
-def _described(kind: type[_Kind]) -> type[_Kind]:
-    """The class, with default, range, meaning and unit of each field in its docstring.
-
-    Meanings are the texts below the fields of the generated classes, which only the source has.
-    """
-    facts, entries = kind.scene.facts, list[str]()
-    with suppress(OSError):  # there is bytecode only
-        source = inspect.getsource(kind.scene.dataclasses)
-        for name, default, meaning in re.findall(_FIELD, source, re.M | re.S):
-            if name in names_of(kind):
-                head, text = f"{name} : float", " ".join(meaning.split())
-                head += f", default {default}" if default else ""
-                if name in facts.RANGES:
-                    head += ", {:.10g} to {:.10g}".format(*facts.RANGES[name])
-                    text += " Dimensionless."
-                elif name in facts.SIGNED:
-                    head += ", of either sign"
-                else:
-                    head += ", above 0" if name in facts.POSITIVE else ", at least 0"
-                entries += [head, textwrap.indent(textwrap.fill(text, 92), "    ")]
-    about, further, rest = inspect.cleandoc(kind.__doc__ or "").partition("\n\nSee Also")
-    kind.__doc__ = "\n".join([about, "", "Parameters", "----------", *entries]) + further + rest
-    return kind
-
-
 class SceneParameters(_Frozen):
     """Dimensionless parameters of a scene.
 
@@ -332,25 +297,14 @@ class SceneDevice(_Frozen, Scales):
     def _cause(self, error: InvalidInput) -> InvalidInput:
         """Error about the quantity of the device that causes an error about a parameter.
 
-        It is a quantity proportional to the parameter, or an optional one whose default is allowed:
-        then the range of allowed values is found by halving.
+        It is a quantity proportional to the parameter, or an optional one whose default is allowed.
         """
-        facts, known = self.scene.facts, self.to_dict()
-        of = f"{error.field}, the {facts.LABELS.get(error.field, 'parameter')},"
-        for name, (tied, _) in facts.DRIVEN.items():
-            if tied == error.field:
-                return InvalidInput(name, known[name], f"such that {of} is {error.allowed}")
-        for name, good in facts.DEVICE_DEFAULTS.items():
-            bad = known[name]
-            if not self._allows(name, good):
-                continue
-            for _ in range(40):
-                middle = (good + bad) / 2
-                good, bad = (middle, bad) if self._allows(name, middle) else (good, middle)
-            side = "at most" if bad > good else "at least"
-            why = " and the capsule slips by itself" * (error.field in facts.BOUNDS.values())
-            allowed = f"{side} {good:.4g}, or {of} is {error.value:.4g}{why}"
-            return InvalidInput(name, known[name], allowed)
+        facts = self.scene.facts
+        causes = [name for name, (tied, _) in facts.DRIVEN.items() if tied == error.field]
+        causes += (name for name, good in facts.DEVICE_DEFAULTS.items() if self._allows(name, good))
+        for name in causes:
+            of = f"{error.field}, the {facts.LABELS.get(error.field, 'parameter')},"
+            return InvalidInput(name, getattr(self, name), f"such that {of} is {error.allowed}")
         return error
 
     def _allows(self, name: str, value: float) -> bool:
@@ -377,12 +331,7 @@ class SceneDevice(_Frozen, Scales):
         for another name.
         """
         facts = self.scene.facts
-        if name not in facts.DRIVEN:
-            raise InvalidInput(
-                "parameter",
-                name,
-                f"one of {', '.join(facts.DRIVEN)}, of the device{self.scene.told}",
-            )
+        check_one_of("parameter", name, facts.DRIVEN, f", of the device{self.scene.told}")
         tied = facts.DRIVEN[name][0]
         one = self.scene.values(
             **{each: getattr(self, each) for each in facts.DEVICE} | {name: 1.0}
@@ -391,7 +340,6 @@ class SceneDevice(_Frozen, Scales):
 
 
 @checked
-@_described
 @dataclass(frozen=True, slots=True)
 class Parameters(Fields, SceneParameters):
     """Dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
@@ -400,6 +348,23 @@ class Parameters(Fields, SceneParameters):
     gamma and f_b are > 0 and the others are >= 0. The ranges below are those of a run. The
     quantities of a device in the definitions are those of `PhysicalParameters`: P_f is its
     `friction_force`, Omega0 its `natural_frequency`.
+
+    Parameters
+    ----------
+    alpha : float, default 0.7, 0 to 1e+10
+        Excitation amplitude, P_d / P_f. Dimensionless.
+    omega : float, default 0.8, 1e-06 to 1000000
+        Excitation frequency, Omega / Omega0. Dimensionless.
+    delta : float, default 0.02, 0 to 1e+10
+        Gap, k1 G / P_f. Dimensionless.
+    zeta : float, default 0.05, 0 to 10000
+        Damping ratio, c / (2 M_m Omega0). Dimensionless.
+    beta : float, default 1.5, 0 to 1e+10
+        Stiffness ratio, k2 / k1. Dimensionless.
+    gamma : float, default 3.3, 1e-08 to 100000000
+        Mass ratio, M_c / M_m. Dimensionless.
+    f_b : float, default 1.0, 1e-10 to 1e+10
+        Friction bound, max|F_r| / P_f; 1 for dry friction. Dimensionless.
 
     See Also
     --------
@@ -421,14 +386,36 @@ class Parameters(Fields, SceneParameters):
 
 
 @checked
-@_described
 @dataclass(frozen=True, slots=True)
-class PhysicalParameters(DeviceFields, Relations, SceneDevice):
+class PhysicalParameters(DeviceFields, Relations, SceneDevice):  # type: ignore[override]
     """Parameters of the device in SI units, with the scales of results in SI units.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite, the masses,
     k1, Omega, mu and g are > 0 and the others are >= 0, and unless the friction force, the
     natural frequency, the length scale and the dimensionless parameters are representable.
+
+    Parameters
+    ----------
+    M_m : float, above 0
+        Mass that moves inside the capsule (kg).
+    M_c : float, above 0
+        Mass of the capsule without the inner mass (kg).
+    k1 : float, above 0
+        Stiffness of the spring between mass and capsule (N/m).
+    k2 : float, at least 0
+        Stiffness of the spring that the mass meets after the gap (N/m).
+    c : float, at least 0
+        Damping coefficient between mass and capsule (N s/m).
+    G : float, at least 0
+        Distance between the mass at rest and the second spring (m).
+    P_d : float, at least 0
+        Amplitude of the force that drives the inner mass (N).
+    Omega : float, above 0
+        Angular frequency of the driving force (rad/s).
+    mu : float, above 0
+        Coulomb friction between the capsule and what it lies on (dimensionless).
+    g : float, default 9.81, above 0
+        Gravitational acceleration (m/s^2).
 
     See Also
     --------
@@ -444,7 +431,7 @@ class PhysicalParameters(DeviceFields, Relations, SceneDevice):
     >>> parameters = device.dimensionless()
     >>> print(f"alpha = {parameters.alpha:.6f}, omega = {parameters.omega:.3f}")
     alpha = 0.711187, omega = 0.800
-    >>> print(f"{device.displacement(1.0):.6f} m")  # the unit of length
+    >>> print(f"{device.scale('x_r'):.6f} m")  # the unit of length
     0.084366 m
     """
 
@@ -510,9 +497,6 @@ def read_parameters(path: str | PathLike[str], otherwise: Scene) -> SceneParamet
             allowed = f"one of {', '.join(dimensionless)}"
             allowed += f", or of {', '.join(physical)}" if physical else ""
             allowed += of.told
-            if named is None and (others := scenes_with(table)):
-                lines = " or ".join(f'scene = "{one}"' for one in others)
-                allowed += f"; or add {lines}"
             raise InvalidInput("parameter", name, allowed)
     given = [name for name in physical if name in table]
     if not given:
@@ -525,12 +509,6 @@ def read_parameters(path: str | PathLike[str], otherwise: Scene) -> SceneParamet
         whole = f"a whole device, with {', '.join(missing)} too{of.told}"
         raise InvalidInput("file", str(path), whole)
     return of.PhysicalParameters(**table)
-
-
-def scenes_with(names: Iterable[str]) -> list[str]:
-    """Shipped scenes with all these names as parameters or as quantities of a device."""
-    known = {one: scene(one).facts for one in SHIPPED}
-    return [one for one, of in known.items() if {*names} <= {*of.PARAMETERS, *of.DEVICE}]
 
 
 def scene_in(table: Mapping[str, Any], path: str | PathLike[str] = "") -> Scene | None:

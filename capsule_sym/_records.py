@@ -65,26 +65,6 @@ def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str,
     }
 
 
-def physical_record(
-    physical: SceneDevice, trajectory: Trajectory, motion: SteadyMotion | None
-) -> dict[str, Any]:
-    """The device and its results in SI units: s, m and m/s.
-
-    `durations` are those of the run's segments in order, `progression` the advance per excitation
-    period.
-    """
-    period = physical.time(trajectory.parameters.period)
-    advance = physical.displacement(float(motion.progression)) if motion else None
-    return {
-        **physical.scene.entry,
-        "parameters": physical.to_dict(),
-        "period": period,
-        "durations": [physical.time(float(s.duration)) for s in trajectory.segments],
-        "progression": advance,
-        "average_velocity": None if advance is None else advance / period,
-    }
-
-
 def in_si(device: SceneDevice | None, row: Mapping[str, Any]) -> dict[str, float]:
     """Values of a row with an SI unit, such as "velocity [m/s]"; empty without a device.
 

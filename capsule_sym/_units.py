@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from capsule_sym._arguments import checked
 from capsule_sym._errors import check_one_of
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-_Quantity = TypeVar("_Quantity", float, "NDArray[np.float64]")
 
 
 class Unit(NamedTuple):
@@ -74,57 +68,19 @@ class Scales:
 
     __slots__ = ()
 
-    @property
-    def friction_force(self) -> float:
-        """Coulomb friction, the unit of force (N)."""
-        raise NotImplementedError
-
-    @property
-    def natural_frequency(self) -> float:
-        """Natural frequency, the unit of rates (rad/s)."""
-        raise NotImplementedError
-
-    @property
-    def length_scale(self) -> float:
-        """Length that friction stretches the spring, the unit of length (m)."""
-        raise NotImplementedError
+    friction_force: float
+    """Coulomb friction, the unit of force (N)."""
+    natural_frequency: float
+    """Natural frequency, the unit of rates (rad/s)."""
+    length_scale: float
+    """Length that friction stretches the spring, the unit of length (m)."""
 
     @checked
     def scale(self, name: str) -> float:
         """The SI unit of a result: what its dimensionless value is multiplied with.
 
-        The name is one of trajectories, orbits, sweeps or metrics, such as `velocity` (m/s),
-        `work` (J) or `peak_force` (N). Raises `InvalidInput` for another.
+        The name is one of trajectories, orbits, sweeps or metrics, such as `duration` (s), `x_r`
+        (m), `velocity` (m/s), `work` (J) or `peak_force` (N). Raises `InvalidInput` for another.
         """
         check_one_of("quantity", name, UNITS)
         return scale_of(units_of(self), name)
-
-    @checked
-    def time(self, tau: _Quantity) -> _Quantity:
-        """Time in s, from dimensionless time: a float or an array of any shape."""
-        return tau / self.natural_frequency
-
-    @checked
-    def displacement(self, x: _Quantity) -> _Quantity:
-        """Displacement in m, from a dimensionless one: a float or an array of any shape."""
-        return x * self.length_scale
-
-    @checked
-    def velocity(self, v: _Quantity) -> _Quantity:
-        """Velocity in m/s, from a dimensionless one: a float or an array of any shape."""
-        return v * self.scale("velocity")
-
-    @checked
-    def acceleration(self, a: _Quantity) -> _Quantity:
-        """Acceleration in m/s^2, from a dimensionless one: a float or an array of any shape."""
-        return a * (self.length_scale * self.natural_frequency**2)
-
-    @checked
-    def force(self, p: _Quantity) -> _Quantity:
-        """Force in N, from a dimensionless one: a float or an array of any shape."""
-        return p * self.friction_force
-
-    @checked
-    def energy(self, e: _Quantity) -> _Quantity:
-        """Energy in J, from a dimensionless one: a float or an array of any shape."""
-        return e * (self.friction_force * self.length_scale)

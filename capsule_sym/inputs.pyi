@@ -8,6 +8,5 @@ from capsule_sym._orbits.continuation.parameter_paths import parameter_path as p
 from capsule_sym._parameters import SceneDevice as SceneDevice
 from capsule_sym._parameters import SceneParameters as SceneParameters
 from capsule_sym._sweeps.axes import Axis as Axis
-from capsule_sym._sweeps.plan import load_sweep as load_sweep
 from capsule_sym._sweeps.plan import read_plan as read_plan
 from capsule_sym._sweeps.sweep import Sweep as Sweep

@@ -20,7 +20,7 @@ from capsule_sym import InvalidInput, _parameters, load_parameters, run_sweep, s
 from capsule_sym._compile import CORE
 from capsule_sym._folders import digest_of
 from capsule_sym.figures import plot_diagram
-from capsule_sym.inputs import Axis, Sweep, load_sweep
+from capsule_sym.inputs import Axis, Sweep, read_plan
 from capsule_sym.results import open_results, orbit_from_record, read_branch
 
 Command = Callable[..., CompletedProcess[str]]
@@ -113,7 +113,7 @@ def test_no_file_runs_code_of_a_folder_that_it_names(planted: Path, inside: Comm
     open_results(planted / "store").load()
     for act in (
         lambda: load_parameters(planted / "p.toml"),
-        lambda: load_sweep(planted / "plan.toml"),
+        lambda: read_plan(planted / "plan.toml"),
         lambda: plot_diagram([record]),
         lambda: orbit_from_record(record),
     ):
@@ -123,7 +123,7 @@ def test_no_file_runs_code_of_a_folder_that_it_names(planted: Path, inside: Comm
     # Named by the user, it is loaded, and the files that name it are read.
     assert inside("run", "--params", "p.toml", "--scene", "link", cwd=planted).returncode != 2
     assert (planted / MARK).exists()
-    own = load_sweep(planted / "plan.toml").parameters.scene
+    own = read_plan(planted / "plan.toml").parameters.scene
     assert own is load_parameters(planted / "p.toml").scene is scenes.load(str(planted / "evil"))
     refused = inside("run", "--params", "p.toml", "--scene", "slope", cwd=planted)
     assert "--scene = 'slope': must be slope in" in refused.stderr

@@ -19,7 +19,7 @@ from capsule_sym.generated.capsule.facts import FIELD_OF
 
 _SAMPLES = 200  # per excitation period
 _MOST_SAMPLES = 200_000
-_BLOCK = 2000
+_BLOCK = 100
 _MOST_CALLS = 15_000  # of the right-hand side
 _MODES = {field: mode for mode, field in FIELD_OF.items()}
 
@@ -110,12 +110,12 @@ class _Sampling:
             x_r, x_r - p.delta, v_r, v_c, force - c.friction, math.cos(angle), math.sin(angle)
         )
 
-        def at(h: Any) -> tuple[Any, Any, Any]:
+        def at(h: float) -> tuple[float, float, float]:
             values = kernels.flow(c, closed, h)
-            return x_r + values[0], values[1], v_c + (values[2] if c.drift else 0.0 * h)
+            return x_r + values[0], values[1], v_c + (values[2] if c.drift else 0.0)
 
         for times in self._blocks(end - now):
-            sampled = _guards(p, field, *at(times))
+            sampled = _guards(p, field, *np.transpose([at(time) for time in times.tolist()]))
             found = [
                 (int(np.argmax(crossed)), guard)
                 for guard, g in enumerate(sampled)

@@ -161,7 +161,7 @@ def largest_terms(
 
     def response(constants: Any, v_r: float = 0.0, cosine: float = 0.0, sine: float = 0.0) -> Any:
         rest = kernels.Start(0.0, 0.0, v_r, 0.0, 0.0, cosine, sine)
-        return np.array(kernels.flow(constants, rest, times)[:2])
+        return np.transpose([kernels.flow(constants, rest, time)[:2] for time in times.tolist()])
 
     forced = c._replace(push=0.0)
     in_phase, quadrature = response(forced, cosine=1.0), response(forced, sine=1.0)

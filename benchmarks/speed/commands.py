@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import count
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -54,10 +55,10 @@ def bench(
     for line in study.skipped:
         click.echo(line, err=True)
     file = None if out is None else out / ("part.json" if only or quick else "bench.json")
-    with bars.make_progress() as progress:
-        for part, turns in study.turns().items():
-            task = progress.add_task(part, total=turns)
-            study.run(part, lambda task=task: progress.advance(task))  # type: ignore[misc]
+    for part, turns in study.turns().items():
+        with bars.reporting(part) as report:
+            done = count(1)
+            study.run(part, lambda: report(next(done), turns))  # noqa: B023
             if file is not None:
                 study.write(file)
     if file is not None:
@@ -207,8 +208,18 @@ def show(title: str, columns: Mapping[str, str], rows: Iterable[object]) -> None
     console = tables.make_console(width=200)
     if title:
         console.print(title)
-    tables.table(columns, zip(rows), right=[*columns][2:], console=console)
+    cells = ([_text(one, row) for one in columns.values()] for row in rows)
+    tables.table(columns, cells, right=[*columns][2:], console=console)
     click.echo()
+
+
+def _text(template: str, row: object) -> str:
+    """Text of a cell; empty for None, which takes no format of numbers."""
+    try:
+        text = template.format(row)
+        return {"None": "", "True": "yes", "False": "no"}.get(text, text)
+    except TypeError:
+        return ""
 
 
 _TITLES = {

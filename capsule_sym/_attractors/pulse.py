@@ -59,7 +59,8 @@ class Pulse(Result, Labelled):
     parameter: str
     """Name of the parameter that the pulse changes."""
     windows: tuple[PulseWindow, ...]
-    """All pulses found that lead to the end."""
+    """All pulses found that lead to the end, each with its `periods`, the period of the motion in
+    which it `begins`, and its range of values, `low` to `high`."""
     status: Status
     """Status of the search."""
     message: str

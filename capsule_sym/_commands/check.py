@@ -9,7 +9,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option
-from capsule_sym._commands.values import Seconds
+from capsule_sym._commands.values import SECONDS
 from capsule_sym._errors import InvalidInput
 from capsule_sym._texts import bars
 
@@ -26,7 +26,7 @@ def check(
     state: Annotated[options.Triple | None, option(metavar="X_R V_R V_C")] = None,
     phase: float | None = None,
     end: float | None = None,
-    tolerance: Annotated[float | None, option(type=Seconds())] = None,
+    tolerance: Annotated[float | None, option(type=SECONDS)] = None,
     max_seconds: options.TimeLimit = 120.0,
     as_json: options.Json = False,
 ) -> None:
@@ -55,7 +55,7 @@ def check(
 
     table = read_switches(switches, system.of)
     parameters, device = _loaded(system, table)
-    unit = device.time(1.0) if device else 1.0
+    unit = device.scale("duration") if device else 1.0
 
     def chosen(name: str, given: float | None) -> float | None:
         return next(iter(table.settings.get(name, ())), None) if given is None else given

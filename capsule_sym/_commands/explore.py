@@ -16,7 +16,7 @@ from capsule_sym._files import write_whole
 _NAME = "capsule-sym-explorer.html"
 
 
-@command(further=options.without_scene("shows all scenes on one page"))
+@command()
 def explore(
     *,
     out: Annotated[Path | None, options.written("FILE.html")] = None,

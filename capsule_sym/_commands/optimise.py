@@ -10,7 +10,6 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, group, option
 from capsule_sym._design.counts import MAX_SECONDS, POINTS, SAMPLES, SEED
-from capsule_sym._errors import InvalidInput
 from capsule_sym._texts import bars
 
 
@@ -57,8 +56,8 @@ def optimise(
     Energies and progression are per excitation period; speed_per_work is the absolute progression
     over the work. With a device all values are in SI units.
 
-    Exits with 2 if no point within the bounds satisfies the constraints, and with 3 if no motion,
-    or no optimum, is found.
+    Exits with 3 if no point within the bounds satisfies the constraints, or if no motion, or no
+    optimum, is found.
 
     Parameters
     ----------
@@ -90,7 +89,5 @@ def optimise(
             found = capsule_sym.optimise(metric, over, which, **how)
         else:
             found = capsule_sym.pareto(metric, against, over, which, points=points, **how)
-    if found.status is capsule_sym.results.Status.INFEASIBLE:
-        raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
     present.report(found, "optimum" if against is None else "front", out, as_json)
     present.end(found)

@@ -6,15 +6,14 @@ import os
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from importlib.util import find_spec
-from itertools import zip_longest
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 from click.core import ParameterSource
 
-from capsule_sym._commands.signature import RANGES, WORDS, OptionGroup, Setting, flagged, option
+from capsule_sym._commands.signature import WORDS, OptionGroup, Setting, flagged, option
+from capsule_sym._commands.values import SECONDS, Range, WritablePath
 from capsule_sym._commands.values import Named as Named
-from capsule_sym._commands.values import Range, Seconds, WritablePath, number_meant
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._parameters import (
     CAPSULE,
@@ -75,34 +74,12 @@ def _ranges_of_starts(**given: Any) -> dict[str, Any]:
     return {name: window for name, window in given.items() if window}
 
 
-class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
-    """A value, or a range LOW:HIGH, which `ranges` returns while the option is None.
-
-    With a count the range is LOW:HIGH:COUNT. An option of a device takes a range only, since its
-    value is in the file.
-    """
-
-    def __init__(self, counted: bool = False, device: bool = False) -> None:
-        self.range, self.device = Range(counted), device
-        self.name = self.range.name if device else f"float | {self.range.name}"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> float | None:
-        """The value of a text; of a range it is None."""
-        if not self.device and (not isinstance(value, str) or ":" not in value):
-            try:
-                return float(click.FLOAT(value, param, ctx))
-            except click.BadParameter as error:
-                more = number_meant(value, 1 + self.range.counted)
-                if not more and number_meant(value, 1):  # a range without its count
-                    more = f" A range is {self.range.name}, such as 0.1:2:20."
-                self.fail(error.message + more, param, ctx)
-        ctx.meta.setdefault(RANGES, {})[param.name] = self.range.convert(value, param, ctx)
-        return None
-
-
 def ranges() -> dict[str, tuple[float, ...]]:
     """Ranges given to parameters of the running command, in that order."""
-    return dict(click.get_current_context().meta.get(RANGES, {}))
+    context = click.get_current_context()
+    own = {one.name for one in context.command.params if one.type in _RANGED}
+    given = context.params.items()
+    return {name: value for name, value in given if name in own and isinstance(value, tuple)}
 
 
 def only_range() -> tuple[str, tuple[float, ...]] | None:
@@ -114,13 +91,13 @@ def only_range() -> tuple[str, tuple[float, ...]] | None:
     return next(iter(found.items()), None)
 
 
-def _parameters(kind: Any = float, counted: bool | None = None) -> OptionGroup:
-    """Options of a `System`; with `counted` those of ranges of a device too."""
-    return OptionGroup(lambda words: _of_scene(scene_of(words), kind, counted))
+def _parameters(kind: Any = float, of_device: Any = None) -> OptionGroup:
+    """Options of a `System`, of types for its parameters and for those of a device."""
+    return OptionGroup(lambda words: _of_scene(scene_of(words), kind, of_device))
 
 
 def _of_scene(
-    scene: Scene, kind: Any, counted: bool | None
+    scene: Scene, kind: Any, in_file: Any
 ) -> tuple[Callable[..., System], list[click.Parameter]]:
     """One option for each parameter of a scene, a file, and the scene."""
     facts = scene.facts
@@ -147,12 +124,11 @@ def _of_scene(
     driven = [
         flagged(
             name,
-            type=_ValueOrRange(bool(counted), device=True),
-            expose_value=False,
+            type=in_file,
             help=f"{facts.DEVICE_LABELS[name].capitalize()}"
             f"{facts.DEVICE[name] and f' ({facts.DEVICE[name]})'}, of the device in --params.",
         )
-        for name in (facts.DRIVEN if counted is not None else ())
+        for name in (facts.DRIVEN if in_file else ())
     ]
     return partial(System, scene), [*dimensionless, file, named, *driven]
 
@@ -164,9 +140,10 @@ def scene_of(words: Sequence[str]) -> Scene:
     """
     from capsule_sym._files import read_toml
 
-    if (named := _value_of("--scene", words)) is not None:
-        return _named(named)
-    file = _value_of("--params", words)
+    given = _LINE.make_context("", [*words], resilient_parsing=True).params
+    if given["scene"] is not None:
+        return _named(given["scene"])
+    file = given["params"]
     if file is not None and os.path.isfile(file):  # a pipe can be read only once
         try:
             return scene_in(read_toml(file), file) or CAPSULE
@@ -175,16 +152,12 @@ def scene_of(words: Sequence[str]) -> Scene:
     return CAPSULE
 
 
-def _value_of(flag: str, words: Sequence[str]) -> str | None:
-    """Last value of an option on a line."""
-    words = words[: words.index("--")] if "--" in words else words
-    found = None
-    for word, after in zip_longest(words, words[1:]):
-        if word == flag:
-            found = after
-        elif word.startswith(f"{flag}="):
-            found = word.removeprefix(f"{flag}=")
-    return found
+_LINE = click.Command(
+    "",
+    params=[click.Option(["--scene"]), click.Option(["--params"])],
+    add_help_option=False,
+    context_settings={"ignore_unknown_options": True, "allow_extra_args": True},
+)
 
 
 def _named(given: str) -> Scene:
@@ -195,29 +168,18 @@ def _named(given: str) -> Scene:
         raise InvalidInput("--scene", error.value, error.allowed) from error
 
 
-def without_scene(said: str) -> tuple[click.Option, ...]:
-    """Hidden options of a command without parameters, which refuse a scene and a file."""
-
-    def refuse(context: click.Context, option: click.Parameter, given: str | None) -> None:
-        if given is None or (option.name == "scene" and _named(given) is CAPSULE):
-            return
-        raise InvalidInput(option.opts[0], given, f"absent: {context.info_name} {said}")
-
-    looks: dict[str, Any] = {"hidden": True, "expose_value": False, "callback": refuse}
-    return tuple(click.Option([name], **looks) for name in ("--scene", "--params"))
-
-
-paper_alone = without_scene("is about the capsule of the paper alone")
-
-
 class System:
     """Parameters chosen on a command line: from a file, from options, or defaults."""
 
     def __init__(
-        self, of: Scene, file: str | None, scene: str | None, **dimensionless: float | None
+        self,
+        of: Scene,
+        file: str | None,
+        scene: str | None,
+        **given: float | tuple[float, ...] | None,
     ) -> None:
         self.of, self.file, self.named = of, file, scene
-        self.given = {name: v for name, v in dimensionless.items() if v is not None}
+        self.given = {name: v for name, v in given.items() if isinstance(v, float)}
 
     @property
     def chosen(self) -> bool:
@@ -285,10 +247,8 @@ def flag(name: str) -> str:
 
 def is_given(name: str) -> bool:
     """True if the running command's option, by the name of its value, is on the line."""
-    return click.get_current_context().get_parameter_source(name) not in _NOT_GIVEN
-
-
-_NOT_GIVEN = (None, ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)
+    source = click.get_current_context().get_parameter_source(name)
+    return source is ParameterSource.COMMANDLINE
 
 
 def require(*names: str) -> None:
@@ -311,7 +271,7 @@ Certificate = Annotated[Path | None, written("FILE", callback=_check_provable)]
 TimeLimit = Annotated[
     float,
     option(
-        type=Seconds(),
+        type=SECONDS,
         help="Time limit in seconds, after which the results so far are shown; inf for none.",
     ),
 ]
@@ -345,9 +305,10 @@ ForeignScene = Annotated[
 ]
 Chosen = Annotated[System, _parameters()]
 """Options of a `System`: one for each parameter of the line's scene, a file, the scene."""
-Ranged = Annotated[System, _parameters(_ValueOrRange(), counted=False)]
+_RANGED = [Range(counted, either) for counted in (False, True) for either in (True, False)]
+Ranged = Annotated[System, _parameters(*_RANGED[:2])]
 """Those of `Chosen`, where each parameter takes a range too, and ranges of a device's parameters.
 
 `ranges` returns them.
 """
-CountedRanged = Annotated[System, _parameters(_ValueOrRange(counted=True), counted=True)]
+CountedRanged = Annotated[System, _parameters(*_RANGED[2:])]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
@@ -60,13 +60,7 @@ def result(
 
 def finite(record: Any) -> Any:
     """Record of numbers, texts, lists and dicts, with None for non-finite numbers."""
-    if isinstance(record, Mapping):
-        return {name: finite(value) for name, value in record.items()}
-    if isinstance(record, list | tuple):
-        return [finite(value) for value in record]
-    if isinstance(record, float) and not math.isfinite(record):
-        return None
-    return record
+    return json.loads(json.dumps(record), parse_constant=lambda name: None)
 
 
 def report(
@@ -145,8 +139,6 @@ def fail_early(what: str, found: Any) -> NoReturn:
 def report_written(*paths: Path, as_json: bool, **more: Any) -> None:
     """Name written files on stderr, or with --json on stdout, each with its size."""
     if as_json:
-        import json
-
         files = [{"path": str(path), "bytes": path.stat().st_size} for path in paths]
         click.echo(json.dumps({**more, "files": files}))
         return

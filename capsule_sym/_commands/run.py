@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated, Any, Literal
 
 import capsule_sym
@@ -29,8 +28,8 @@ def run(
 ) -> None:
     """Run the map and show the steady motion at the end.
 
-    All quantities are dimensionless; states are x_r v_r v_c. With physical parameters the results
-    are also given in SI units.
+    All quantities are dimensionless; states are x_r v_r v_c. If --params is a device, "si" has the
+    progression and the average velocity in SI units.
 
     In the JSON, "segments" are those of the whole run. "itinerary", "global_map", "period_number"
     and "progression" describe the steady motion at its end; they are null if there is none.
@@ -55,10 +54,10 @@ def run(
         here.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._records import physical_record, run_record
+    from capsule_sym._records import in_si, run_record
 
     limit = Watch(max_seconds)
-    parameters, physical = system.load()
+    parameters, device = system.load()
     try:
         with bars.reporting("Running") as report:
             trajectory = capsule_sym.simulate(
@@ -68,15 +67,19 @@ def run(
                 periods,
                 backend=backend,
                 max_seconds=max_seconds,
-                progress=(lambda turns: report(turns, periods)) if sys.stderr.isatty() else None,
+                progress=lambda turns: report(turns, periods),
             )
     except KeyboardInterrupt:
         kept = "nothing is kept; with --max-seconds a run shows its results so far"
         raise KeyboardInterrupt(kept) from None
     motion = trajectory.steady() if trajectory.success else None
     record = run_record(trajectory, motion)
-    if physical:
-        record["physical"] = physical_record(physical, trajectory, motion)
+    if device is not None:
+        record |= {"device": device.to_dict(), "si": {}}
+        if motion is not None:
+            advance = float(motion.progression)
+            pace = advance / parameters.period
+            record["si"] = in_si(device, {"progression": advance, "average_velocity": pace})
     pictures = {"run.svg": lambda: capsule_sym.plot(trajectory)} if trajectory.success else {}
     shown = record if as_json else {**record, **_in_short(trajectory, motion)}
     present.result(shown, as_json, out, {"run.json": record}, pictures)

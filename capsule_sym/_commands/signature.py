@@ -17,25 +17,8 @@ import click
 
 from capsule_sym._errors import InvalidInput
 
-RANGES = f"{__name__}.ranges"
-"""Key of the ranges of parameters in a command's context."""
 WORDS = f"{__name__}.words"
 """Key of the words of the line in a command's context."""
-# Options of arguments by other names.
-_OPTIONS = {
-    "to": "along",
-    "over": "shares",
-    "metric": "maximise minimise quantity",
-    "metrics": "metric",
-    "start": "state",
-    "starts": "state",
-    "most_periods": "max_periods",
-    "threads": "workers",
-    "store": "info",
-    "bounds": "over unknown",
-    "tolerance": "tolerances shares",
-    "deviation": "normal",
-}
 
 
 class Setting(NamedTuple):
@@ -92,50 +75,38 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse a line, on which an option may have _ for -, as in the name of a parameter."""
         ctx.meta[WORDS] = args
-        stop = args.index("--") if "--" in args else len(args)
-        dashed = [
-            re.sub("^--[^=]+", lambda flag: flag[0].replace("_", "-"), word) for word in args[:stop]
-        ]
-        return super().parse_args(ctx, dashed + args[stop:])
+        ctx.token_normalize_func = lambda word: word.replace("_", "-")
+        return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Call the command; an error about a value of an option names the option."""
         try:
             return super().invoke(ctx)
         except InvalidInput as error:
-            # The file of --params is named where it is read; other files are of other options.
-            field, _, part = error.field.partition(" of ")  # such as "bounds of alpha"
-            names = {field, *_OPTIONS.get(field, "").split()} - {"file"}
-            names |= set(ctx.meta.get(RANGES, ())) if field == "to" else set()
             for one in self.params:
                 given = ctx.get_parameter_source(str(one.name))
-                typed = one.name in names and given is click.core.ParameterSource.COMMANDLINE
-                if typed and isinstance(one, click.Option):
-                    error.field = f"{one.opts[0]} {part}".rstrip()
+                # The file of --params is named where it is read; other files are of other options.
+                named = one.name == error.field != "file" and isinstance(one, click.Option)
+                if named and given is click.core.ParameterSource.COMMANDLINE:
+                    error.field = one.opts[0]
             raise
 
 
-def command(
-    epilog: str | None = None, further: Sequence[click.Parameter] = ()
-) -> Callable[[Callable[..., Any]], Command]:
-    """Decorator that makes a command of a function, with its name and its docstring as help.
-
-    `further` options are not passed to the function.
-    """
+def command(epilog: str | None = None) -> Callable[[Callable[..., Any]], Command]:
+    """Decorator that makes a command of a function, with its name and its docstring as help."""
 
     def decorate(function: Callable[..., Any], words: Sequence[str] = ()) -> Command:
         parameters, joined = _read(function, words)
 
         def called(**values: Any) -> Any:
             for name, (make, options) in joined.items():
-                parts = [str(one.name) for one in options if one.expose_value]
-                values[name] = make(**{part: values.pop(part) for part in parts})
+                values[name] = make(**{str(one.name): values.pop(one.name) for one in options})
             return function(**values)
 
         made = Command(
             function.__name__.replace("_", "-"),
             callback=called,
-            params=[*parameters, *further],
+            params=parameters,
             help=_texts(function)[0],
             epilog=epilog,
         )

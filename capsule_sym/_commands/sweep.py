@@ -12,13 +12,10 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, group, option
-from capsule_sym._sweeps.quantities import VARIABLES
 from capsule_sym._texts import bars
-from capsule_sym._units import METRIC_UNITS
 
 _EXTRA = ("xarray", "zarr", "filelock")
 _STORE = option("--out", metavar="DIR", help="Directory of the results.")
-_METRICS = click.Choice([*METRIC_UNITS, "lyapunov"])
 
 
 def _running(
@@ -46,7 +43,6 @@ def sweep(
     system: options.CountedRanged,
     periods: int | None = None,
     compute: Annotated[str | None, option(metavar="NAMES")] = None,
-    metric: Annotated[str | None, option("--of", type=_METRICS, metavar="NAME")] = None,
     info: Annotated[Path | None, option(type=click.Path(path_type=Path), metavar="DIR")] = None,
     store: Annotated[str | None, _STORE] = None,
     how: Annotated[dict[str, Any], group(_running)],
@@ -69,8 +65,8 @@ def sweep(
     An axis may also be a list of values, or a random design: sample = { sobol = { alpha = [0, 2],
     gamma = [1, 5] }, count = 1024, seed = 1 }. Axes are parameters, x_r, v_r, v_c or phase;
     `[start]` has the fixed values of the start. `[device]`, in SI units, replaces `[parameters]`;
-    options listed below as of the device may then be axes, or part of a design. A line such as
-    scene = "prototype" selects another scene. `compute` lists any of itinerary, progression,
+    options listed below as of the device may then be axes. A line such as scene = "prototype"
+    selects another scene. `compute` lists any of itinerary, progression,
     final, multipliers, energies, forces, lyapunov. Finished chunks are kept: an interrupted
     sweep continues with --resume. DIR/results.zarr opens with xarray.
 
@@ -80,9 +76,6 @@ def sweep(
         Excitation periods to run. [default: 300]
     compute
         Quantities, such as itinerary,energies.
-    metric
-        Draw this metric, such as velocity, over one or two axes into DIR/NAME.svg, and compute what
-        it needs.
     info
         Show axes, progress, outcomes, attractors and provenance of a store, also of a basin.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
@@ -92,20 +85,13 @@ def sweep(
             if one.name not in ("info", "as_json"):
                 options.check_beside(str(one.name), never=("info",))
         return _print_store(info, as_json)
-    options.check_beside("metric", never=("plan",))
     over = options.ranges()
-    settings: dict[str, Any] = {"periods": periods, "compute": compute and compute.split(",")}
-    if metric is not None:
-        options.require("matplotlib")
-        if len(over) > 2:
-            raise click.UsageError(f"--of {metric} draws one or two axes, not {len(over)}")
-        needed = (of for of, results in VARIABLES.items() if metric in results)
-        settings["compute"] = [*(settings["compute"] or ["itinerary"]), next(needed, "energies")]
-    settings = {name: value for name, value in settings.items() if value is not None}
+    given = {"periods": periods, "compute": compute and compute.split(",")}
+    settings = {name: value for name, value in given.items() if value is not None}
     if plan is not None:
         for name in (*over, *system.names, *settings):
             options.check_beside(name, never=("plan",))
-        loaded = capsule_sym.inputs.load_sweep(plan)
+        loaded = capsule_sym.inputs.read_plan(plan)
         system.check_scene(loaded.parameters.scene, plan)
     else:
         loaded = _over(over, *system.load(), settings)
@@ -113,11 +99,6 @@ def sweep(
         raise click.UsageError("Missing option '--out'.")
     with bars.reporting("Running cells") as progress:
         summary = capsule_sym.run_sweep(loaded, store, command=_line(), progress=progress, **how)
-    if metric is not None and summary.success:
-        with capsule_sym.results.open_results(store) as results:
-            drawn = capsule_sym.figures.plot_metric(results.load(), metric)
-        capsule_sym.figures.save_figure(drawn, picture := Path(store) / f"{metric}.svg")
-        click.echo(f"wrote {picture}", err=True)
     _print_store(Path(store), as_json, _ended(summary, loaded.periods))
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 import os
-import re
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,45 +11,28 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-_DASH = r"(?<=\d)(-|–|\.\.|;)(?=[-\d.])"  # separators between numbers, other than a colon
-
-
-def number_meant(text: str, marks: int = 0) -> str:
-    """Suggestion "Did you mean ...?" for a mistyped number, or several with `marks` colons.
-
-    Empty if no suggestion fits: 0,7 suggests 0.7, and 0.1-2 and 0.1,2 suggest 0.1:2.
-    """
-    decimal = text.replace(",", ".")
-    comma = re.sub(_DASH.replace(";", "[;,]"), ":", text)
-    for one in (decimal, re.sub(_DASH, ":", decimal), comma):
-        parts = one.split(":")
-        try:
-            if [*map(float, parts)] and one != text and len(parts) - 1 in {0, marks}:
-                return f" Did you mean {one}?"
-        except ValueError:
-            pass
-    return ""
-
-
 class Range(click.ParamType):  # type: ignore[type-arg]
-    """LOW:HIGH as a pair, or with a count LOW:HIGH:COUNT as three numbers."""
+    """LOW:HIGH as a pair, or with a count LOW:HIGH:COUNT as three numbers; or one number."""
 
-    def __init__(self, counted: bool = False) -> None:
-        self.counted, self.name = counted, "LOW:HIGH:COUNT" if counted else "LOW:HIGH"
+    def __init__(self, counted: bool = False, or_number: bool = False) -> None:
+        self.counted, self.or_number = counted, or_number
+        self.name = "float | " * or_number + ("LOW:HIGH:COUNT" if counted else "LOW:HIGH")
 
-    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
+    def convert(self, value: Any, param: Any, ctx: Any) -> float | tuple[float, ...]:
         """Numbers of a text."""
-        if isinstance(value, tuple):
-            return value
+        if not isinstance(value, str):
+            return value  # type: ignore[no-any-return]
         parts = value.split(":")
         try:
             numbers = (*map(float, parts[:2]), *map(int, parts[2:]))
         except ValueError:
             numbers = ()
+        if self.or_number and len(numbers) == 1:
+            return numbers[0]
         if len(numbers) != 2 + self.counted or min(numbers[2:], default=1) < 1:
             example = "0.1:2:20" if self.counted else "0.1:2"
-            reason = f"{value!r} is not {self.name}, such as {example}."
-            self.fail(reason + number_meant(value, 1 + self.counted), param, ctx)
+            shape = self.name.removeprefix("float | ")
+            self.fail(f"{value!r} is not {shape}, such as {example}.", param, ctx)
         return numbers
 
 
@@ -79,18 +60,8 @@ class Named(click.ParamType):  # type: ignore[type-arg]
         return name.strip().replace("-", "_"), self.of.convert(text, param, ctx) if mark else None
 
 
-class Seconds(click.FloatRange):
-    """A time above 0; inf is allowed, NaN is not."""
-
-    def __init__(self) -> None:
-        super().__init__(min=0, min_open=True)
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> float:
-        """Number of a text."""
-        number = float(super().convert(value, param, ctx))
-        if math.isnan(number):
-            self.fail(f"{value} is not in the range x>0.", param, ctx)
-        return number
+SECONDS = click.FloatRange(min=0, min_open=True)
+"""Type of a time above 0, which may be inf; NaN is refused by what gets it."""
 
 
 # pathlib takes a fifteenth of the time of --help: imported on use.

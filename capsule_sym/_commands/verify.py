@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections import Counter
 from collections.abc import Sequence
+from itertools import count
 from time import perf_counter
 from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -19,7 +19,7 @@ from capsule_sym._files import write_whole
 from capsule_sym._texts import bars, tables
 
 if TYPE_CHECKING:
-    from capsule_sym._symbolic.proofs.statement import Finding, Report
+    from capsule_sym._symbolic.proofs.statement import Report
 
 
 @command()
@@ -50,34 +50,23 @@ def verify(
     out
         Write the report with formulas here.
     """
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
-
     options.require("sympy")
     start = perf_counter()
-    text = TextColumn("{task.description}")
-    with bars.make_progress(
-        text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    ) as progress:
-        task = progress.add_task("importing SymPy", total=None)
+    with bars.reporting("Proving") as progress:
+        progress("importing SymPy")
         theory = _theory(scene)
         from capsule_sym._symbolic.proofs.statement import line, record, run
 
-        progress.update(task, description="deriving")
+        progress("deriving")
         chosen = theory.statements(only)
-        progress.update(task, description="proving", total=sum(map(len, chosen.values())))
-
-        def advance(result: Finding) -> None:
-            progress.advance(task)
-            if each and not as_json:
-                # Above the bar: click's own stdout would write through it.
-                click.echo(line(result), file=sys.stdout)
-
-        each = everything or only not in (None, *chosen)
-        report = run(chosen, advance)
+        total, done = sum(map(len, chosen.values())), count(1)
+        report = run(chosen, lambda result: progress(next(done), total))
     results = [result for group in report.values() for result in group]
     if as_json:
         click.echo(json.dumps({"items": [record(result) for result in results]}))
     else:
+        if everything or only not in (None, *chosen):
+            click.echo("\n".join(map(line, results)))
         _summary(report, theory)
     if out is not None:
         write_whole(out, theory.markdown(report), "--out")

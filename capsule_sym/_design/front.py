@@ -45,7 +45,9 @@ class Front(Result, Labelled):
     slopes: Vector
     """Gain of the first metric per unit of the second, shape (n,); nan if no bound is active."""
     parts: tuple[FrontPart, ...]
-    """Parts of the front. Drives between those of two parts are worse."""
+    """Parts of the front, each with the numbers of its `first` and `last` point.
+
+    Drives between those of two parts are worse."""
     status: Status
     """Status of the front."""
     message: str

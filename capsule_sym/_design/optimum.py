@@ -64,7 +64,11 @@ class Optimum(Result):
     of the Lagrangian by the variables are multiplied by their ranges, over the metric's variation
     within the bounds."""
     constraints: tuple[Constraint, ...] = ()
-    """Constraints, that of the stability last."""
+    """Constraints, that of the stability last.
+
+    Each has its `text`, `slack`, `multiplier`, and whether it is `active`. The slack is the
+    distance from the limit, 0 or more where it holds, in the unit of the metric; the multiplier is
+    the gain of the metric per unit by which the limit is relaxed."""
     bounds: dict[str, float] = field(default_factory=dict)
     """Variables at a bound, with the gain of the metric per unit by which the bound is relaxed."""
     slopes: dict[str, float] = field(default_factory=dict)

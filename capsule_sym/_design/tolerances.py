@@ -73,13 +73,15 @@ class Tolerances(Result, Labelled):
     values: Matrix
     """Metrics of each sample, shape (n, metrics); nan if not finite."""
     metrics: tuple[MetricSpread, ...] = ()
-    """Spread of each metric."""
+    """Spread of each metric: `nominal` value, `mean`, standard `deviation` and `quantiles` (2.5,
+    25, 50, 75 and 97.5 %), Sobol's indices `first` and `total`, shape (k,), and `numbers`, the
+    share of samples with a finite value."""
     samples: int = 0
     """Number n of samples of the Monte Carlo; the indices take k + 2 runs for each."""
     itinerary: tuple[str, ...] = ()
     """Fields of the nominal motion."""
     periodic: Probability = _NONE
-    """Probability that the start leads to a periodic motion."""
+    """Probability that the start leads to a periodic motion: `value`, `low`, `high` (95 %)."""
     changed: Probability = _NONE
     """Probability of another itinerary or period number than the nominal one."""
     itineraries: tuple[tuple[str, float], ...] = ()

@@ -6,31 +6,17 @@ import json
 import sys
 import webbrowser
 from functools import partial
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import click
 
 from capsule_sym._errors import InvalidInput
 
 
-class _Handler(BaseHTTPRequestHandler):
-    """Answers with the page and nothing else."""
-
-    def __init__(self, body: bytes, *args: object) -> None:
-        self.body = body
-        super().__init__(*args)  # type: ignore[arg-type]
-
-    def do_GET(self) -> None:
-        """Answer a request for the page, or for its headers alone."""
-        found = self.path.split("?")[0] == "/"
-        self.send_response(200 if found else 404)
-        self.send_header("Content-Type", "text/html; charset=utf-8")
-        self.send_header("Content-Length", str(len(self.body) if found else 0))
-        self.end_headers()
-        if found and self.command == "GET":
-            self.wfile.write(self.body)
-
-    do_HEAD = do_GET
+class _Quiet(SimpleHTTPRequestHandler):
+    """Answers with files of a folder."""
 
     def log_message(self, format: str, *args: object) -> None:
         """Say nothing of requests."""
@@ -50,13 +36,15 @@ def serve(port: int, page: str, opens: bool, as_json: bool) -> None:
 
     Raises InvalidInput for a port that is not free.
     """
-    try:
-        server = _Server(("127.0.0.1", port), partial(_Handler, page.encode()))
-    except OSError as error:
-        raise InvalidInput("--serve", port, f"a free port ({error.strerror})") from error
-    with server:
-        address = f"http://127.0.0.1:{server.server_address[1]}/"
-        click.echo(json.dumps({"address": address}) if as_json else address)
-        if opens:
-            webbrowser.open(address)
-        server.serve_forever()
+    with TemporaryDirectory() as folder:
+        Path(folder, "index.html").write_bytes(page.encode())
+        try:
+            server = _Server(("127.0.0.1", port), partial(_Quiet, directory=folder))
+        except OSError as error:
+            raise InvalidInput("--serve", port, f"a free port ({error.strerror})") from error
+        with server:
+            address = f"http://127.0.0.1:{server.server_address[1]}/"
+            click.echo(json.dumps({"address": address}) if as_json else address)
+            if opens:
+                webbrowser.open(address)
+            server.serve_forever()

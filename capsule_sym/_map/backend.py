@@ -119,11 +119,6 @@ class NumpyBackend(Backend):
             rest = (angle - whole * high) - whole * low
         return (whole + 1, 0.0) if rest >= high else (whole, rest)
 
-    def constants(self, field: int, parameters: SceneParameters) -> Any:
-        c = self.kernels.constants(field, *parameters.to_dict().values())
-        # Plain Python numbers make the scalar path several times faster than NumPy's.
-        return c._replace(**{k: v.item() for k, v in c._asdict().items() if hasattr(v, "item")})
-
 
 class MpmathBackend(Backend):
     """Numbers with a fixed count of decimal digits, independent of `mpmath.mp`."""

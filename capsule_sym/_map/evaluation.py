@@ -87,26 +87,19 @@ def by_core(
 def by_numpy(
     parameters: SceneParameters, records: Records, times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The same by the NumPy kernels, in one call for each field."""
+    """The same by the kernels in doubles, time by time."""
     starts = records["start_period"] * parameters.period + records["start_angle"] / parameters.omega
     index = np.searchsorted(starts, times.ravel(), side="right") - 1
     rows = records[np.maximum(index, 0)]
     h = np.clip(times.ravel() - starts[np.maximum(index, 0)], 0.0, rows["duration"])
     out = np.empty((times.size, 4))
     with backend("numpy", parameters.scene) as numbers:
-        for field in np.unique(rows["field"]):
-            of = rows["field"] == field
-            part, start = rows[of], rows["start"][of]
-            c = numbers.constants(int(field), parameters)
-            closed = numbers.kernels.Start(
-                start[:, 0],
-                part["gap"],
-                start[:, 1],
-                start[:, 2],
-                *(part[name] for name in ("margin", "cosine", "sine")),
-            )
-            x_r, v_r, *drift = numbers.kernels.flow(c, closed, h[of], True)
-            out[of, 0], out[of, 1] = start[:, 0] + x_r, v_r
-            out[of, 2] = start[:, 2] + drift[0] if c.drift else 0.0
-            out[of, 3] = part["position"] + drift[1] if c.drift else part["position"]
+        constants = {n: numbers.constants(n, parameters) for n in set(rows["field"].tolist())}
+        for i, (row, duration) in enumerate(zip(rows, h.tolist(), strict=True)):
+            c, (x_r, v_r, v_c) = constants[row["field"].item()], row["start"].tolist()
+            angle = (row[name].item() for name in ("margin", "cosine", "sine"))
+            closed = numbers.kernels.Start(x_r, row["gap"].item(), v_r, v_c, *angle)
+            change, v_r, *drift = numbers.kernels.flow(c, closed, duration, True)
+            gained, advance = drift if c.drift else (-v_c, 0.0)
+            out[i] = x_r + change, v_r, v_c + gained, row["position"] + advance
     return out.reshape(*times.shape, 4)

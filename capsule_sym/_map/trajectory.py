@@ -78,7 +78,7 @@ class Trajectory(Ended, Labelled):
     parameters: SceneParameters
     backend: str
     origin: tuple[Instant, Triple]
-    """Time and state at the start of the run."""
+    """Time, with its `period` and `phase`, and state at the start of the run."""
     final: tuple[Instant, Triple]
     """Time and state at the end of the run."""
     advance: Number

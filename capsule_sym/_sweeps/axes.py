@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -30,8 +30,8 @@ class Axis:
     """One dimension of a sweep: values, shape (n, k), of k quantities that change together.
 
     The quantities are parameters, or `x_r`, `v_r`, `v_c` and `phase` of the start, all
-    dimensionless. `device` has the SI values of an axis of a device. Names and ranges are those of
-    `scene`, by default the paper's. Raises InvalidInput for a name or value that is not allowed.
+    dimensionless. `device` has the SI values of an axis of a device. Raises InvalidInput for values
+    that are no numbers; a `Sweep` checks that its scene has the quantities and allows the values.
     """
 
     name: str
@@ -39,26 +39,31 @@ class Axis:
     values: NDArray[np.float64]
     device: tuple[NDArray[np.float64], str] | None = None
     """SI values, shape (n,), and unit of an axis of a device."""
-    scene: Scene = CAPSULE
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "quantities", tuple(self.quantities))
-        ranges = [_range(self.scene, quantity) for quantity in self.quantities]
         check_name(self.name)
-        if self.name in named(self.scene) and self.quantities != (self.name,):
-            allowed = f"a name that is not one of {', '.join(named(self.scene))}"
-            raise InvalidInput("axis", self.name, allowed)
         values = _doubles(self.name, self.values)
         if not values.size:
             raise InvalidInput(self.name, [], "one value or more")
-        if values.ndim != 2 or values.shape[1] != len(ranges):
-            raise InvalidInput(self.name, values.shape, f"of shape (n, {len(ranges)})")
-        for quantity, column, (low, high) in zip(self.quantities, values.T, ranges, strict=True):
-            bad = ~((column >= low) & (column <= high))  # nan fails the comparisons
-            if bad.any():
-                raise InvalidInput(quantity, float(column[bad][0]), _within(low, high))
+        if values.ndim != 2 or values.shape[1] != len(self.quantities):
+            raise InvalidInput(self.name, values.shape, f"of shape (n, {len(self.quantities)})")
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
+
+    def check(self, scene: Scene) -> None:
+        """Raise InvalidInput unless a scene has the quantities, and allows the values."""
+        known = named(scene)
+        for quantity, column in zip(self.quantities, self.values.T, strict=True):
+            check_one_of("axis", quantity, known, scene.told)
+            least = 0.0 if quantity == "phase" else -1e20
+            low, high = scene.facts.RANGES.get(quantity, (least, 1e20))
+            bad = ~((column >= low) & (column <= high))  # nan fails the comparisons
+            if bad.any():
+                allowed = f"a number in [{low:.10g}, {high:.10g}] for a run"
+                raise InvalidInput(quantity, float(column[bad][0]), allowed)
+        if self.name in known and self.quantities != (self.name,):
+            raise InvalidInput("axis", self.name, f"a name that is not one of {', '.join(known)}")
 
     def __len__(self) -> int:
         return len(self.values)
@@ -67,22 +72,17 @@ class Axis:
         ends = " to ".join(f"{value:.6g}" for value in (self.values[0, 0], self.values[-1, 0]))
         return brief(self, f"{counted(len(self), 'value')}, {ends}", self.name)
 
-    def within(self, scene: Scene) -> Axis:
-        """This axis for another scene; raises InvalidInput if the scene does not allow it."""
-        return self if scene is self.scene else replace(self, scene=scene)
-
     @classmethod
     @checked
-    def of(cls, name: str, values: ArrayLike, scene: Scene = CAPSULE) -> Self:
+    def of(cls, name: str, values: ArrayLike) -> Self:
         """Axis of one quantity with given values, shape (n,), dimensionless.
 
-        Raises InvalidInput for a quantity or values that are not allowed.
+        Raises InvalidInput for values that are not allowed.
         """
-        _range(scene, name)
         column = np.atleast_1d(_doubles(name, values))
         if column.ndim != 1:
             raise InvalidInput(name, column.shape, "of shape (n,)")
-        return cls(name, (name,), column[:, None], scene=scene)
+        return cls(name, (name,), column[:, None])
 
     @classmethod
     @checked
@@ -93,43 +93,34 @@ class Axis:
         InvalidInput for another name, or for values that are not allowed.
         """
         tied, factor = device.tie(name)
-        column = np.atleast_1d(_doubles(name, values))
-        whole = cls.of(tied, column * factor, device.scene).values
+        column = cls.of(name, values).values
         unit = device.scene.facts.DRIVEN[name][1]
-        return cls(name, (tied,), whole, (column, unit), device.scene)
+        return cls(name, (tied,), column * factor, (column[:, 0], unit))
 
     @classmethod
     @checked
-    def linear(cls, name: str, low: float, high: float, count: int, scene: Scene = CAPSULE) -> Self:
+    def linear(cls, name: str, low: float, high: float, count: int) -> Self:
         """`count` evenly spaced values of one quantity, including both ends.
 
-        Raises InvalidInput for a quantity, ends or a count that are not allowed.
+        Raises InvalidInput for ends or a count that are not allowed.
         """
-        low, high = _ends(scene, name, low, high, count)
-        return cls.of(name, np.linspace(low, high, count), scene)
+        return cls.of(name, _spaced(np.linspace, low, high, count))
 
     @classmethod
     @checked
-    def log(cls, name: str, low: float, high: float, count: int, scene: Scene = CAPSULE) -> Self:
+    def log(cls, name: str, low: float, high: float, count: int) -> Self:
         """`count` values of one quantity in geometric progression, including both ends (above 0).
 
-        Raises InvalidInput for a quantity, ends or a count that are not allowed.
+        Raises InvalidInput for ends or a count that are not allowed.
         """
-        low, high = _ends(scene, name, low, high, count)
         if not (low > 0 and high > 0):
             raise InvalidInput(name, (low, high), "> 0 for a logarithmic axis")
-        values = np.geomspace(low, high, count)
-        return cls.of(name, values.clip(min(low, high), max(low, high)), scene)
+        values = _spaced(np.geomspace, low, high, count)
+        return cls.of(name, values.clip(min(low, high), max(low, high)))
 
     @classmethod
     @checked
-    def sobol(
-        cls,
-        ranges: Mapping[str, Sequence[float]],
-        count: int,
-        seed: int,
-        scene: Scene = CAPSULE,
-    ) -> Self:
+    def sobol(cls, ranges: Mapping[str, Sequence[float]], count: int, seed: int) -> Self:
         """`count` points of a scrambled Sobol sequence in a box, one range for each quantity.
 
         The sequence is balanced if `count` is a power of two. Raises InvalidInput for ranges, a
@@ -137,19 +128,15 @@ class Axis:
         """
         if not ranges:
             raise InvalidInput("sobol", ranges, "a table of ranges [low, high] by name")
-        box = []
         for name, ends in ranges.items():
-            _range(scene, name)
-            if not isinstance(ends, list | tuple) or len(ends) != 2:
-                raise InvalidInput(name, ends, "a range [low, high]")
-            box.append(_ends(scene, name, *ends))
-            if not box[-1][0] < box[-1][1]:
+            cls.of(name, ends)
+            if len(ends) != 2 or not ends[0] < ends[1]:
                 raise InvalidInput(name, ends, "a range [low, high] with low < high")
-        check_count("count", count, most=_MOST_VALUES // len(box))
+        check_count("count", count, most=_MOST_VALUES // len(ranges))
         check_count("seed", seed, 0)
-        low, high = np.array(box).T
-        values = low + (high - low) * sobol(len(box), count, seed)
-        return cls("sample", tuple(ranges), values, scene=scene)
+        low, high = np.array([*ranges.values()], dtype=float).T
+        values = low + (high - low) * sobol(len(ranges), count, seed)
+        return cls("sample", tuple(ranges), values)
 
     def record(self) -> dict[str, Any]:
         """Identity of the axis in plain values, with a checksum of its values."""
@@ -191,26 +178,8 @@ def named(scene: Scene) -> tuple[str, ...]:
     return (*scene.facts.PARAMETERS, *START)
 
 
-def _range(scene: Scene, quantity: object) -> tuple[float, float]:
-    """Range of a quantity; raises InvalidInput for an unknown name."""
-    check_one_of("axis", quantity, named(scene), scene.told)
-    ends: tuple[float, float] = scene.facts.RANGES.get(
-        quantity, (0.0 if quantity == "phase" else -1e20, 1e20)
-    )
-    return ends
-
-
-def _ends(
-    scene: Scene, name: str, low: object, high: object, count: int = 1
-) -> tuple[float, float]:
-    """Both ends of an axis as floats; raises InvalidInput for values that are not allowed."""
-    least, most = _range(scene, name)
-    for value in (low, high):
-        if not is_real(value) or not least <= value <= most:
-            raise InvalidInput(name, value, _within(least, most))
+def _spaced(space: Any, low: float, high: float, count: int) -> NDArray[np.float64]:
+    """Values from `low` to `high`; ends that are infinite give some that no axis takes."""
     check_count("count", count, most=_MOST_VALUES)
-    return float(low), float(high)  # type: ignore[arg-type]
-
-
-def _within(low: float, high: float) -> str:
-    return f"a number in [{low:.10g}, {high:.10g}] for a run"
+    with np.errstate(all="ignore"):
+        return np.asarray(space(low, high, count))

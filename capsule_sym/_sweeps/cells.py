@@ -11,20 +11,21 @@ from numpy.typing import NDArray
 from capsule_sym._attractors.destinations import KnownOrbits
 from capsule_sym._errors import CapsuleError, Outcome
 from capsule_sym._map import simulate
+from capsule_sym._map.backend import default_backend
+from capsule_sym._map.simulate import run
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch, core_of
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.metrics.performance import performance
+from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
 from capsule_sym._parameters import Scene
 from capsule_sym._sweeps import itineraries
-from capsule_sym._sweeps.itineraries import orbit_at_end
 from capsule_sym._sweeps.quantities import OF_ORBIT, VARIABLES, CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
 
 _ROOM = 512  # bytes for the switches of two periods of a motion; longer motions are run by `slow`
 _FURTHER = 1000  # largest number of excitation periods for the Lyapunov exponent of a run
-_BLOCK = 64  # excitation periods of one run of `slow`
 _AT_ONCE = 256  # cells that `settle` closes between two looks at the watch
 
 
@@ -227,19 +228,18 @@ class _Cells:
         """Run one cell by `simulate`, which escalates to 50 digits."""
         parameters, part = self.scene.Parameters(*self.rows[i].tolist()), self.part
         state, phase = tuple(self.states[i].tolist()), float(self.phases[i])
-        left, escalations = self.periods, 0
-        while True:
-            self.look()
-            # The last run is long enough to detect the longest period.
-            ahead = min(_BLOCK, left - 2 * LONGEST - 1)
-            trajectory = simulate(parameters, state, phase, ahead if ahead > 0 else left)
-            escalations += trajectory.statistics.escalations
-            if not trajectory.success:
-                return self.fail(i, trajectory.message)
-            _, state = trajectory.final
-            if ahead <= 0:
-                break
-            left, phase = left - ahead, 0.0
+        # The last run is long enough to detect the longest period.
+        last, escalations = min(self.periods, 2 * LONGEST + 1), 0
+        for periods, keep in ((self.periods - last, "final"), (last, "segments")):
+            if periods:
+                start = state, phase, periods
+                chosen = default_backend(self.scene)
+                trajectory = run(parameters, start, keep, None, self.watch, chosen)
+                self.look()
+                if not trajectory.success:
+                    return self.fail(i, trajectory.message)
+                escalations += trajectory.statistics.escalations
+                _, state, phase = *trajectory.final, 0.0
         motion = trajectory.steady(part.tolerance)
         never = trajectory.segments[-1].outcome is Outcome.NEVER
         self.columns["final"][i] = state
@@ -267,9 +267,14 @@ class _Cells:
                 further = simulate(parameters, state, 0.0, min(part.periods, _FURTHER))
                 columns["lyapunov"][i] = lyapunov_exponents(further)[0]
             return
-        orbit = orbit_at_end(
-            parameters, state, int(columns["period_number"][i]), int(columns["itinerary"][i])
-        )
+        number, code = (int(columns[name][i]) for name in ("period_number", "itinerary"))
+        orbit = solve_orbit(parameters, state, 0.0, 2 * number + 1)
+        if not orbit.success:
+            return self.fail(i, f"{orbit.status}: {orbit.message}")
+        solved = orbit.itinerary.period_number
+        text = itineraries.text(orbit.itinerary.fields, self.scene)
+        if (solved, itineraries.code(text)) != (number, code):
+            return self.fail(i, f"the orbit's itinerary is {text}, its period number {solved}")
         found = floquet_multipliers(orbit)
         columns["multipliers"][i] = found
         columns["lyapunov"][[i]] = self.exponents(np.array([i]), found[:1])

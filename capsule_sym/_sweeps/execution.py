@@ -95,8 +95,7 @@ def run_sweep(
     Parameters
     ----------
     sweep : Sweep
-        Cells, length of the runs, and quantities to compute. `load_sweep` and `read_plan` give one
-        too.
+        Cells, length of the runs, and quantities to compute; `read_plan` gives one too.
     store : str or path
         Directory that receives the results. It is new, or with `resume` that of an earlier run.
     workers : int, optional, 1 to 1,024
@@ -135,7 +134,7 @@ def run_sweep(
     --------
     open_results : results of a store.
     run_basin : sweep over starts, with the attractor of each cell.
-    load_sweep : sweep from a TOML file.
+    read_plan : sweep from a TOML file, or its table.
 
     Examples
     --------

@@ -2,67 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any
 
-import numpy as np
-
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_toml
-from capsule_sym._map.checks import is_real
-from capsule_sym._parameters import CAPSULE, Scene, SceneDevice, scene_in
+from capsule_sym._parameters import CAPSULE, SceneDevice, scene_in
 from capsule_sym._sweeps.axes import START, Axis, check_name
 from capsule_sym._sweeps.sweep import Sweep
 
 _SETTINGS = ("periods", "tolerance", "compute", "chunk")
-_SPACINGS: dict[str, tuple[Callable[..., Axis], Callable[..., Any]]] = {
-    "linear": (Axis.linear, np.linspace),
-    "log": (Axis.log, np.geomspace),
-}
 
 
-def load_sweep(path: str | PathLike[str]) -> Sweep:
-    r"""Sweep from a TOML file, whose table is read as by `read_plan`.
-
-    Parameters
-    ----------
-    path : str or path
-        File in UTF-8.
-
-    Returns
-    -------
-    Sweep
-        The sweep.
-
-    Raises
-    ------
-    InvalidInput
-        If the file cannot be read, is not TOML, or has a value that is not allowed.
-
-    See Also
-    --------
-    read_plan : keys of the table.
-    run_sweep : run of the sweep.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> import capsule_sym as cs
-    >>> text = "periods = 200\n[axes]\nalpha = { from = 0.5, to = 0.9, count = 5 }\n"
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder, "sweep.toml")
-    ...     size = path.write_text(text)
-    ...     sweep = cs.inputs.load_sweep(path)
-    >>> print(sweep.shape, sweep.periods)
-    (5,) 200
-    """
-    return read_plan(read_toml(path), path)
-
-
-def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
-    """Sweep from a table.
+def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
+    r"""Sweep from a TOML file, or from the table that one holds.
 
     An axis is a list of values. Or it is a table with `from`, `to`, `count` and optionally
     `spacing`, "linear" or "log". Or it is a design, a table with `sobol` (ranges by name), `count`
@@ -70,15 +24,16 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
 
     Parameters
     ----------
-    plan : mapping of str
-        Table with these keys; all may be missing except `axes`.
+    plan : str, path or mapping of str
+        Name of a file in UTF-8, or a table. It has these keys; all may be missing except `axes`.
 
         - `axes`: the axes by name: a parameter, or x_r, v_r, v_c or phase of the start.
         - `parameters`: the fixed parameters, dimensionless; by default those of the scene.
         - `device`: the fixed parameters in SI units instead. Quantities proportional to one
-          parameter, such as P_d, may then be axes, or vary in a design, in SI units.
+          parameter, such as P_d, may then be axes in SI units.
         - `start`: x_r, v_r, v_c and phase, dimensionless; each is 0 by default.
-        - `scene`: the name of a scene, such as "slope", or its folder; by default the paper's.
+        - `scene`: the name of a scene, such as "slope", or its folder, relative to the file; by
+          default the paper's.
         - `periods`: length of a run in excitation periods, 1 or more, by default 300.
         - `tolerance`: change within which stroboscopic states repeat, dimensionless, above 0 and
           below 1, by default 1e-9.
@@ -86,8 +41,6 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
           final, multipliers, energies, forces and lyapunov.
         - `chunk`: number of cells of a chunk along each axis. By default a chunk takes at most
           about two seconds, and small sweeps are cut finer.
-    path : str or path, default ""
-        File from which the table comes. A folder that `scene` names is relative to it.
 
     Returns
     -------
@@ -97,11 +50,11 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
     Raises
     ------
     InvalidInput
-        For a value that is not allowed, and for an unknown key.
+        For a value that is not allowed, for an unknown key, and for a file that cannot be read or
+        is not TOML.
 
     See Also
     --------
-    load_sweep : the same from a TOML file.
     run_sweep : run of the sweep.
 
     Examples
@@ -111,20 +64,35 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
     >>> sweep = cs.inputs.read_plan({"axes": {"alpha": alpha, "omega": [0.7, 0.9]}, "periods": 100})
     >>> print(sweep.shape, sweep.axes[0].values.ravel().round(6))
     (3, 2) [0.01 0.1  1.  ]
+
+    The same from a file:
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> text = "periods = 200\n[axes]\nalpha = { from = 0.5, to = 0.9, count = 5 }\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "sweep.toml")
+    ...     size = path.write_text(text)
+    ...     sweep = cs.inputs.read_plan(path)
+    >>> print(sweep.shape, sweep.periods)
+    (5,) 200
     """
-    if not isinstance(plan, Mapping):
-        raise InvalidInput("plan", plan, "a table")
+    path = "" if isinstance(plan, Mapping) else plan
+    plan = plan if isinstance(plan, Mapping) else read_toml(plan)
     _check_table("key", plan, ("scene", "axes", "parameters", "device", "start", *_SETTINGS))
     scene = scene_in(plan, path) or CAPSULE
     axes, parameters, start = (plan.get(name, {}) for name in ("axes", "parameters", "start"))
-    device = _device(scene, plan["device"]) if "device" in plan else None
-    if device is not None and parameters:
-        raise InvalidInput("parameters", [*parameters], "absent if a device is given")
+    device = None
+    if "device" in plan:
+        _check_table("device", plan["device"])
+        device = scene.PhysicalParameters(**plan["device"])
+        if parameters:
+            raise InvalidInput("parameters", [*parameters], "absent if a device is given")
     _check_table("parameters", parameters, scene.facts.PARAMETERS, told=scene.told)
     _check_table("start", start, START)
     _check_table("axes", axes)
     return Sweep(
-        tuple(_axis(scene, name, given, device) for name, given in axes.items()),
+        tuple(_axis(name, given, device) for name, given in axes.items()),
         scene.Parameters(**parameters),
         tuple(start.get(name, 0.0) for name in START[:-1]),
         start.get(START[-1], 0.0),
@@ -133,59 +101,25 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
     )
 
 
-def _device(scene: Scene, given: Any) -> SceneDevice:
-    facts = scene.facts
-    needed = [name for name in facts.DEVICE if name not in facts.DEVICE_DEFAULTS]
-    _check_table("device", given, [*facts.DEVICE], needed, scene.told)
-    return scene.PhysicalParameters(**given)
-
-
-def _axis(scene: Scene, name: str, given: Any, device: SceneDevice | None) -> Axis:
-    """Axis of a plan; in SI units it has the spacing of the proportional parameter."""
+def _axis(name: str, given: Any, device: SceneDevice | None) -> Axis:
+    """Axis of a plan, in SI units if it is of a device."""
     check_name(name)
-    own = device if name in scene.facts.DRIVEN else None
     if isinstance(given, list | tuple):
-        return Axis.of(name, given, scene) if own is None else Axis.of_device(own, name, given)
-    if not isinstance(given, Mapping):
+        axis = Axis.of(name, given)
+    elif not isinstance(given, Mapping):
         raise InvalidInput(name, given, "a list of values or a table")
-    if "sobol" in given and own is None:
+    elif "sobol" in given:
         _check_table(name, given, ("sobol", "count", "seed"), needed=("count", "seed"))
-        ranges = given["sobol"] if device is None else _box(device, given["sobol"])
-        axis = Axis.sobol(ranges, given["count"], given["seed"], scene)
-        return Axis(name, axis.quantities, axis.values, scene=scene)
-    _check_table(name, given, ("from", "to", "count", "spacing"), needed=("from", "to", "count"))
-    spacing = given.get("spacing", "linear")
-    check_one_of("spacing", spacing, tuple(_SPACINGS))
-    of, spaced = _SPACINGS[spacing]
-    low, high, count = given["from"], given["to"], given["count"]
-    if own is None:
-        return of(name, low, high, count, scene)
-    tied, factor = own.tie(name)
-    of(tied, _scaled(low, factor), _scaled(high, factor), count, scene)  # checks ends and count
-    return Axis.of_device(own, name, spaced(low, high, count))
-
-
-def _scaled(value: Any, factor: float) -> Any:
-    """A number in other units; anything else, or a number too large for a double, unchanged."""
-    try:
-        return value * factor if is_real(value) else value
-    except OverflowError:
-        return value
-
-
-def _box(device: SceneDevice, ranges: Any) -> Any:
-    """Ranges by name; those in SI units become ranges of the proportional parameters."""
-    if not isinstance(ranges, Mapping):
-        return ranges
-    box = {}
-    for name, ends in ranges.items():
-        tied, factor = device.tie(name) if name in device.scene.facts.DRIVEN else (name, 1.0)
-        if tied in box:
-            raise InvalidInput("sobol", [*ranges], f"a table in which {tied} varies once")
-        if isinstance(ends, list | tuple):
-            ends = [_scaled(end, factor) for end in ends]
-        box[tied] = ends
-    return box
+        axis = Axis.sobol(given["sobol"], given["count"], given["seed"])
+        return Axis(name, axis.quantities, axis.values)
+    else:
+        ends = ("from", "to", "count")
+        _check_table(name, given, (*ends, "spacing"), needed=ends)
+        check_one_of("spacing", spacing := given.get("spacing", "linear"), ("linear", "log"))
+        axis = getattr(Axis, spacing)(name, *(given[one] for one in ends))
+    if device is None or name not in device.scene.facts.DRIVEN:
+        return axis
+    return Axis.of_device(device, name, axis.values[:, 0])
 
 
 def _check_table(

@@ -68,7 +68,9 @@ class Sweep:
             set_(self, "parameters", self.device.dimensionless())
         set_(self, "state", check_start(self.parameters, self.state, 0.0, self.periods))
         scene = self.parameters.scene
-        set_(self, "axes", tuple(axis.within(scene) for axis in self.axes))
+        set_(self, "axes", tuple(self.axes))
+        for axis in self.axes:
+            axis.check(scene)
         changed = [quantity for axis in self.axes for quantity in axis.quantities]
         for kind in ([axis.name for axis in self.axes], changed):
             if twice := [name for name in kind if kind.count(name) > 1]:
@@ -96,14 +98,14 @@ class Sweep:
         return brief(self, f"{cells} of {periods}, {', '.join(self.compute)}", f"over {axes}")
 
     def _check_chunk(self) -> None:
-        given = self.chunk
-        if not isinstance(given, list | tuple) or len(given) not in (0, len(self.axes)):
+        given, sides = self.chunk, self.shape
+        right = isinstance(given, list | tuple) and all(type(n) is int for n in given)
+        if not right or (given and len(given) != len(sides)):
             raise InvalidInput("chunk", given, "a whole number for each axis")
-        for n, most in zip(given, self.shape, strict=False):
-            if isinstance(n, bool) or not isinstance(n, int) or not 1 <= n <= most:
-                raise InvalidInput("chunk", given, f"whole numbers from 1 to {self.shape}")
-        if math.prod(given) > _MOST_IN_CHUNK:
-            raise InvalidInput("chunk", given, f"at most {_MOST_IN_CHUNK} cells")
+        inside = all(1 <= n <= most for n, most in zip(given, sides, strict=False))
+        if not inside or math.prod(given) > _MOST_IN_CHUNK:
+            allowed = f"from 1 to {sides}, and in all at most {_MOST_IN_CHUNK} cells"
+            raise InvalidInput("chunk", given, allowed)
 
     def _chunk(self) -> tuple[int, ...]:
         """Halve the longest side until a chunk takes one to two seconds."""

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from string import Formatter
+from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -24,16 +23,13 @@ def make_console(stderr: bool = False, width: int = 110) -> Console:
 
 
 def table(
-    columns: Mapping[str, str] | Sequence[str],
-    rows: Iterable[Any],
+    columns: Iterable[str],
+    rows: Iterable[Iterable[Any]],
     right: Collection[str] = (),
     gap: int = 1,
     console: Console | None = None,
 ) -> None:
-    """Print a table with a line below its head; the columns in `right` are right-aligned.
-
-    Columns with templates such as "{0.value:.3g}" are formatted from the values of a row.
-    """
+    """Print texts as a table with a line below its head; columns in `right` are right-aligned."""
     from rich import box
     from rich.table import Table
 
@@ -42,27 +38,16 @@ def table(
         side: Any = "right" if name in right else "left"
         made.add_column(name, justify=side, overflow="fold")
     for row in rows:
-        if isinstance(columns, Mapping):
-            row = [_CellTexts().vformat(text, row, {}) for text in columns.values()]
         made.add_row(*row)
     (console or make_console()).print(made)
 
 
-class _CellTexts(Formatter):
-    """Texts of the cells of a table: empty for None, yes and no."""
-
-    def format_field(self, value: Any, spec: str) -> str:
-        if value is None or isinstance(value, bool):
-            return {None: "", True: "yes", False: "no"}[value]
-        return format(value, spec)
-
-
-def grid(rows: Iterable[Iterable[str]]) -> None:
-    """Print rows in columns without a head, if there are any."""
+def grid(rows: Iterable[tuple[str, str]]) -> None:
+    """Print pairs in two columns without a head, if there are any."""
     from rich.table import Column, Table
 
-    if listed := [[*row] for row in rows]:
-        made = Table.grid(*(Column(overflow="fold") for _ in listed[0]), padding=(0, 2))
-        for row in listed:
-            made.add_row(*row)
+    made = Table.grid(Column(overflow="fold"), Column(overflow="fold"), padding=(0, 2))
+    for row in rows:
+        made.add_row(*row)
+    if made.row_count:
         make_console().print(made)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from typing import TYPE_CHECKING
 
 import click
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from paper.study.thresholds import Threshold
 
 
-@command(further=options.paper_alone)
+@command()
 def case_study(*, out: options.Folder = None, as_json: options.Json = False) -> None:
     """Compute the case study of Section 4 and compare it with the printed one.
 
@@ -35,15 +36,11 @@ def case_study(*, out: options.Folder = None, as_json: options.Json = False) -> 
     from paper.study import casestudy, thresholds
 
     total = len(casestudy.GAMMAS) * len(casestudy.PANELS)
-    with bars.make_progress() as progress:
-        task = progress.add_task("Running the case study", total=total)
-        cases = []
-        for case in casestudy.run():
-            cases.append(case)
-            progress.advance(task)
-        total = len(casestudy.GAMMAS) * len(thresholds.PRINTED)
-        task = progress.add_task("Locating the bifurcations", total=total)
-        found = thresholds.compute(lambda: progress.advance(task))
+    cases = [*bars.track(casestudy.run(), "Running the case study", total)]
+    total = len(casestudy.GAMMAS) * len(thresholds.PRINTED)
+    done = count(1)
+    with bars.reporting("Locating the bifurcations") as report:
+        found = thresholds.compute(lambda: report(next(done), total))
     record = casestudy.record(cases) | {"bifurcations": thresholds.record(found)}
     paths = [] if out is None else casestudy.write(record, out) + thresholds.save(found, out)
     if as_json:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
+from itertools import count
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import click
 
@@ -14,9 +14,6 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
 from capsule_sym._files import write_whole
 from capsule_sym._texts import bars
-
-if TYPE_CHECKING:
-    from capsule_sym._symbolic.theory import Finding
 
 
 @command()
@@ -44,26 +41,22 @@ def claims(
     """
     options.check_beside("only", never=("out", "freeze"))
     start = perf_counter()
-    with bars.make_progress() as progress:
-        task = progress.add_task("importing SymPy", total=None)
+    with bars.reporting("Checking") as progress:
+        progress("importing SymPy")
         from capsule_sym._symbolic import theory
         from paper.claims import everything, frozen
         from paper.claims.report import markdown
 
-        progress.update(task, description="deriving")
+        progress("deriving")
         chosen = everything.sections() if only is None else everything.named(only)
-        progress.update(task, description="checking", total=sum(map(len, chosen.values())))
-
-        def advance(result: Finding) -> None:
-            progress.advance(task)
-            if not as_json:
-                # Above the bar: click's own stdout would write through it.
-                click.echo(theory.line(result), file=sys.stdout)
-
-        report = theory.run(chosen, advance)
+        total, done = sum(map(len, chosen.values())), count(1)
+        report = theory.run(chosen, lambda result: progress(next(done), total))
     results = [result for section in report.values() for result in section]
     if as_json:
         click.echo(json.dumps({"items": [theory.record(result) for result in results]}))
+    else:
+        for result in results:
+            click.echo(theory.line(result))
     if out is not None:
         write_whole(out, markdown(report), "--out")
         click.echo(f"wrote {out}", err=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
@@ -24,7 +24,7 @@ _HOUR = 3600.0
 _EARLIER = option(type=click.Path(path_type=Path, dir_okay=False), metavar="EARLIER")
 
 
-@command(further=options.paper_alone)
+@command()
 def enclose(
     *,
     thresholds: bool = False,
@@ -132,19 +132,14 @@ _PARTS = {
 def _parts(
     option: str, path: options.Path, plan: Path | None, seconds: float, as_json: bool
 ) -> None:
-    from rich.progress import TextColumn, TimeElapsedColumn
-
     from paper.proofs import subdivision
 
     name, what, column = _PARTS[option]
     task: subdivision.Task = getattr(subdivision, name)
-    text = TextColumn("{task.description}")
-    with bars.make_progress(text, TimeElapsedColumn()) as progress:
-        task_id = progress.add_task(f"Proving {what}", total=None)
+    with bars.reporting(f"Proving {what}") as progress:
 
         def report(plane: subdivision.Plane) -> None:
-            told = f"Proving {what}: {plane.share:.2%} in {plane.patches} parts"
-            progress.update(task_id, description=told)
+            progress(f"{plane.share:.2%} in {plane.patches} parts")
 
         try:
             plane = subdivision.prove(path, seconds, report=report, task=task, plan=plan)
@@ -270,6 +265,10 @@ _MEETINGS = {
 }
 
 
+def _table(columns: Mapping[str, str], rows: Iterable[Any]) -> None:
+    tables.table(columns, ([text.format(*row) for text in columns.values()] for row in rows))
+
+
 def _print(
     records: Sequence[dict[str, Any]],
     meetings: Sequence[dict[str, Any]],
@@ -279,15 +278,13 @@ def _print(
     console = tables.make_console()
     for one in records:
         console.print(f"γ = {one['gamma']}")
-        events = ((event, float(event["coefficient"])) for event in one["thresholds"])
-        tables.table(_EVENTS, events)
+        _table(_EVENTS, ((event, float(event["coefficient"])) for event in one["thresholds"]))
         if not thresholds:
-            rows = ((" ".join(row["itinerary"]), row) for row in one["intervals"])
-            tables.table(_INTERVALS, rows)
+            _table(_INTERVALS, ((" ".join(row["itinerary"]), row) for row in one["intervals"]))
         if one["failed"]:
             console.print(f"not proved: {one['failed']}")
         console.print()
-    tables.table(_MEETINGS, zip(meetings))
+    _table(_MEETINGS, zip(meetings))
     console.print()
     count = sum(len(one["thresholds"]) for one in records)
     worst = max((e["radius"] for one in records for e in one["thresholds"]), default=0.0)

@@ -45,7 +45,7 @@ def figure(
     present.report_written(picture.out, as_json=as_json, figure=name)
 
 
-@command(further=options.paper_alone)
+@command()
 def report(
     *,
     out: Annotated[Path, options.written("FILE")] = Path("results/report.html"),

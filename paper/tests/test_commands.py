@@ -63,7 +63,7 @@ def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
         ("case-study --alpha 1", "--alpha"),
         (f"case-study --out {__file__}/new", "not a writable directory"),
         ("report --out taken/below.html", "taken is not a writable directory"),
-        ("report --scene slope", "must be absent: report is about the capsule of the paper alone"),
+        ("report --scene slope", "No such option '--scene'"),
         ("jog", "jog"),
     ],
 )

@@ -9,7 +9,6 @@ import pytest
 
 from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, solve_orbit
 from capsule_sym._cli import _status
-from capsule_sym._commands.values import number_meant
 from capsule_sym._map.steady import shown_progression
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
@@ -61,7 +60,7 @@ REFUSED = [
     ("run --params physical.toml --beta 2", "beta = 2.0 ... absent ... physical.toml"),
     ("jog", "jog"),
     ("branch --along speed=0:1", "parameter = 'speed': must be one of"),
-    ("branch --alpha 0.5:0.5", "--alpha = 0.5: must be other than 0.5"),
+    ("branch --alpha 0.5:0.5", "to = 0.5: must be other than 0.5"),
     ("branch --gamma 3:0", "gamma = 0.0: must be"),
     (
         "curve --alpha 0.9:1 --gamma 3:4 --bifurcation fold",
@@ -101,7 +100,6 @@ REFUSED = [
     ("branch --restart a.json PD1 --P-d 1:2", "--P-d and --restart exclude each other"),
     ("sweep a.toml --out s --alpha 0.1:2:20", "--alpha and FILE.toml exclude each other"),
     ("sweep a.toml --out s --periods 20", "--periods and FILE.toml exclude each other"),
-    ("sweep --alpha 1:2:2 --delta 0:1:2 --zeta 0:1:2 --of work --out k", "two axes, not 3"),
     (
         "figure curves.json --of v_c --out a.svg",
         "--of is for branches and sweeps, which curves",
@@ -113,9 +111,15 @@ REFUSED = [
     ("sweep --P-d 1:2:3 --out s", "--P-d = '1:2:3': must be absent unless --params is a device"),
     ("curve --alpha 1:2 --P-d 1:2 --bifurcation all", "must be absent unless --params is a device"),
     ("sweep --alpha 1:2:3 --out s --workers 1025", "workers = 1025: must be a whole number from"),
-    ("tolerances --tolerance zeta=0.1 --normal alpha=5", "--normal alpha = 5.0: must be a share"),
-    ("tolerances --tolerance zeta=5 --normal alpha=0.1", "--tolerance zeta = 5.0: must be a share"),
-    ("fit series.csv --unknown alpha=2:1", "--unknown alpha = (2.0, 1.0): must be two ascending"),
+    (
+        "tolerances --tolerance zeta=0.1 --normal alpha=5",
+        "deviation of alpha = 5.0: must be a share",
+    ),
+    (
+        "tolerances --tolerance zeta=5 --normal alpha=0.1",
+        "tolerance of zeta = 5.0: must be a share",
+    ),
+    ("fit series.csv --unknown alpha=2:1", "bounds of alpha = (2.0, 1.0): must be two ascending"),
     ("explore --serve 0 --out a.html", "--serve and --out exclude each other"),
     # what is missing altogether
     ("branch", "give a range of a parameter, such as --alpha 0.1:2"),
@@ -123,7 +127,7 @@ REFUSED = [
     ("sweep --out s", "give a range, such as --alpha 0.1:2:41, or FILE.toml"),
     ("basin --out s", "give a range of starts, such as --x-r -1:1:40"),
     # times that are none
-    ("run --max-seconds nan", "'--max-seconds': nan is not in the range x>0"),
+    ("run --max-seconds nan", "--max-seconds = nan: must be"),
     ("run --max-seconds -1", "'--max-seconds': -1.0 is not in the range x>0"),
     ("run --f_b 0", "--f-b = 0.0: must be finite and > 0"),
     # files that cannot be written
@@ -131,19 +135,19 @@ REFUSED = [
     ("figure . --out=", "'--out': '' is no path"),
     ("figure . --out taken/below.svg", "taken is not a writable directory"),
     (f"explore --out {300 * 'a'}", "aaa' cannot be written (File name too long)"),
-    (f"sweep --info {300 * 'a'}", "--info = 'aaa ... must be a directory that holds a sweep"),
+    (f"sweep --info {300 * 'a'}", "store = 'aaa ... must be a directory that holds a sweep"),
     ("sweep none.toml --out s", "alpha = []: must be one value or more"),
-    # what was meant
-    ("run --alpha 0,7", "'0,7' is not a valid float. Did you mean 0.7?"),
-    ("run --state 0 0,1 0", "'0,1' is not a valid float. Did you mean 0.1?"),
-    ("branch --alpha 0,7", "'0,7' is not a valid float. Did you mean 0.7?"),
-    ("branch --alpha 0.1-2", "'0.1-2' is not a valid float. Did you mean 0.1:2?"),
-    ("branch --alpha 0,1:2", "'0,1:2' is not LOW:HIGH, such as 0.1:2. Did you mean 0.1:2?"),
-    ("sweep --out s --alpha 0.1-2", "'0.1-2' is not a valid float. A range is LOW:HIGH:COUNT, "),
-    ("sweep --out s --alpha 0.1:2:0", "'0.1:2:0' is not LOW:HIGH:COUNT, such as 0.1:2:20"),
-    ("sweep --out s --alpha 0.1-2-20", "'0.1-2-20' is not a valid float. Did you mean 0.1:2:20?"),
+    # no numbers and no ranges
+    ("run --state 0 0,1 0", "'0,1' is not a valid float"),
+    ("branch --alpha 0.1-2", "'0.1-2' is not LOW:HIGH, such as 0.1:2."),
+    ("branch --P-d 3", "'3' is not LOW:HIGH, such as 0.1:2."),
+    ("sweep --out s --alpha 0.1:2", "'0.1:2' is not LOW:HIGH:COUNT, such as 0.1:2:20."),
+    ("sweep --out s --alpha 0.1:2:0", "'0.1:2:0' is not LOW:HIGH:COUNT, such as"),
     ("run --params part.toml", "with c, G, P_d, Omega, mu too"),
-    ("sweep device.toml --out s", "must be a table with c, G, P_d, Omega, mu too"),
+    (
+        "sweep device.toml --out s",
+        "arguments of PhysicalParameters = ('M_m', 'M_c', 'k1', 'k2') ... 'c'",
+    ),
 ]
 
 
@@ -164,25 +168,6 @@ def test_a_wrong_line_is_refused_in_one_line(line, told, inside, tmp_path) -> No
     assert done.stderr.count("\n") == 1
     for part in told.split(" ... "):
         assert part in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("text", "marks", "told"),
-    [
-        ("0,7", 0, "0.7"),
-        ("-0,7e-3", 0, "-0.7e-3"),
-        ("0.1-2", 1, "0.1:2"),
-        ("0.1,2", 1, "0.1:2"),
-        ("0,1-2", 1, "0.1:2"),
-        ("-2..-1", 1, "-2:-1"),
-        ("0.1;2;20", 2, "0.1:2:20"),
-        ("0.1-2", 0, ""),
-        ("a,b", 1, ""),
-        ("0.7", 1, ""),
-    ],
-)
-def test_what_is_near_a_number_or_a_range_is_suggested(text: str, marks: int, told: str) -> None:
-    assert number_meant(text, marks) == (f" Did you mean {told}?" if told else "")
 
 
 def test_a_device_is_told_how_to_become_parameters() -> None:

@@ -308,9 +308,9 @@ def test_figures_in_si_units_are_those_of_the_motion(capsys, device: str) -> Non
     run = simulate(p, periods=periods)
     period = 2 * np.pi / d.Omega
     t = (periods - 1 + np.arange(steps) / steps) * p.period
-    x, v, v_c = d.displacement(run(t)[:, 0]), d.velocity(run(t)[:, 1]), d.velocity(run(t)[:, 2])
+    x, v, v_c = run(t).T * [[d.scale(name)] for name in ("x_r", "v_r", "v_c")]
     spring = d.k2 * np.maximum(x - d.G, 0)
-    drive = d.P_d * np.cos(d.Omega * d.time(t))
+    drive = d.P_d * np.cos(d.Omega * d.scale("duration") * t)
     friction = d.mu * (d.M_m + d.M_c) * d.g
     # Sums over a whole period, whose integrands have kinks: off by the steps squared.
     expected = {

@@ -1,10 +1,9 @@
-"""NumPy (scalar and lanes) and C against the same kernels at 50 digits, in units of conditioning.
+"""Python and C against the same kernels at 50 digits, in units of conditioning.
 
 The bound on an error is 16 units of roundoff of what a kernel adds up: about as many roundings as
 stand between an input and a result (constants 4, response functions 6, sum 6).
 """
 
-from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import astuple
 from functools import cache
@@ -65,27 +64,6 @@ def scalar(kernel: Callable[..., Any], **options: bool) -> Evaluate:
     return evaluate
 
 
-def lanes(kernel: Callable[..., Any], **options: bool) -> Evaluate:
-    """All cases of one field in one call."""
-
-    def evaluate(batch: list[Case]) -> list[Rows]:
-        results: dict[Case, Rows] = {}
-        fields = defaultdict(list)
-        for case in batch:
-            fields[case.field].append(case)
-        for field, group in fields.items():
-            # Constants of the mode (contact, drift) stay scalar, as the kernel expects them.
-            columns = zip(*(case.parameters.__getstate__() for case in group), strict=True)
-            c = double.constants(field, *map(np.array, columns))
-            starts = zip(*(case.start(double, float) for case in group), strict=True)
-            h = np.array([case.duration for case in group])
-            values = kernel(c, double.Start(*map(np.array, starts)), h, **options)
-            results |= {case: [v[..., i] for v in values] for i, case in enumerate(group)}
-        return [results[case] for case in batch]
-
-    return evaluate
-
-
 def native(batch: list[Case]) -> list[tuple[Rows, Rows]]:
     """Values and Jacobians by the C kernels."""
     if core is None:
@@ -139,12 +117,10 @@ def jacobian_units(case: Case) -> list[list[float]]:
 
 FLOW_OF = {
     "scalars": scalar(double.flow, advance=True),
-    "lanes": lanes(double.flow, advance=True),
     "c": native_flow,
 }
 JACOBIAN_OF = {
     "scalars": scalar(double.jacobian),
-    "lanes": lanes(double.jacobian),
     "c": native_jacobian,
 }
 

@@ -51,10 +51,11 @@ def physical(device=DEVICE_TRUE, **options):
     p, data = device.dimensionless(), None
     data = series(p, **options)
     for name in data:
-        scale = device.time(1.0) if name == "t" else device.displacement(1.0)
-        data[name] = data[name] * (device.velocity(1.0) if name.startswith("v") else scale)
-    state = (device.displacement(START[0]), device.velocity(START[1]), device.velocity(START[2]))
-    return data, state, device.time(PHASE)
+        scale = device.scale("duration") if name == "t" else device.scale("x_r")
+        data[name] = data[name] * (device.scale("velocity") if name.startswith("v") else scale)
+    units = (device.scale(name) for name in ("x_r", "v_r", "v_c"))
+    state = tuple(unit * value for unit, value in zip(units, START, strict=True))
+    return data, state, device.scale("duration") * PHASE
 
 
 def problem_of(data, system, unknown, state, phase):

@@ -181,9 +181,9 @@ def test_a_device_has_its_optimum_in_its_own_units() -> None:
     joule = DEVICE.friction_force * DEVICE.length_scale
     assert found.metrics["work"] == pytest.approx(joule * metrics.work.value, rel=1e-12)
     assert found.metrics["speed"] == pytest.approx(
-        DEVICE.velocity(float(metrics.velocity.value)), rel=1e-12
+        DEVICE.scale("velocity") * float(metrics.velocity.value), rel=1e-12
     )
-    way = DEVICE.displacement(float(metrics.progression.value))
+    way = DEVICE.scale("x_r") * float(metrics.progression.value)
     assert found.value == pytest.approx(way / found.metrics["work"], rel=1e-12)
     same = cs.optimise(
         lambda m: m["progression"] / m["work"],

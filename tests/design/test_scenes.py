@@ -136,7 +136,7 @@ def test_an_optimum_beyond_which_the_start_leads_elsewhere_names_the_boundary() 
         system = device.replace(Omega=frequency)
         motion = cs.simulate(system.dimensionless(), periods=600).steady()
         assert motion is not None
-        return system.displacement(motion.progression) * frequency / (2 * np.pi)
+        return system.scale("x_r") * motion.progression * frequency / (2 * np.pi)
 
     best = found.over["Omega"]
     assert from_rest(best) == pytest.approx(found.value, rel=1e-9)

@@ -87,3 +87,10 @@ def test_each_example_runs(name: str) -> None:
 def test_each_field_is_named_with_its_unit(kind: type) -> None:
     fields = dict(inspect.signature(kind).parameters)
     assert lacks(kind.__name__, fields, inspect.getdoc(kind) or "") == []
+    source, told = inspect.getsource(kind.scene.dataclasses), " ".join((kind.__doc__ or "").split())
+    for name in fields:
+        meaning = re.search(rf'^    {name}: float[^\n]*\n    """(.*?)"""', source, re.M | re.S)
+        assert meaning
+        assert " ".join(meaning[1].split()) in told
+        if name in kind.scene.facts.RANGES:
+            assert ", {:.10g} to {:.10g} ".format(*kind.scene.facts.RANGES[name]) in told

@@ -11,7 +11,6 @@ from types import SimpleNamespace
 import pytest
 from matplotlib.figure import Figure
 
-import capsule_sym
 from capsule_sym import InvalidInput, continue_orbit, plot, solve_orbit
 from capsule_sym._figures.notebook import new_figure
 from capsule_sym._figures.sizes import COLUMN, PAGE, UNLISTED
@@ -78,16 +77,6 @@ def test_a_notebook_shows_a_figure_once(settled, monkeypatch: pytest.MonkeyPatch
         assert shown.pop() is figure
         assert not plt.fignum_exists(figure.number)  # at the cell's end it would be there again
         assert callable(figure._ipython_display_)
-
-
-def test_a_backend_that_does_not_exist_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(_: str) -> None:
-        raise ValueError("Key backend: 'nonsense' is not a valid value for backend")
-
-    monkeypatch.setenv("MPLBACKEND", "nonsense")
-    monkeypatch.setattr("importlib.import_module", fail)
-    with pytest.raises(InvalidInput, match="MPLBACKEND = 'nonsense': must be a backend"):
-        capsule_sym.figures.__getattr__("plot_motion")
 
 
 def test_plot_draws_what_it_is_given(settled, branch) -> None:

@@ -13,8 +13,9 @@ import pytest
 from matplotlib.figure import Figure
 
 import capsule_sym as cs
+from capsule_sym._design.front import FrontPart
 from capsule_sym.figures import plot_front, plot_pulse, plot_residuals, plot_tolerances
-from capsule_sym.results import Front, FrontPart, Optimum, Status
+from capsule_sym.results import Front, Optimum, Status
 from tests.public import PUBLIC
 from tests.sampling import sampled, some
 

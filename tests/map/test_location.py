@@ -90,12 +90,12 @@ def switch_from(
 
 
 def guard_values(parameters: Parameters, start: SegmentStart, times: Any) -> dict[Guard, Any]:
-    """All guards at many times at once, straight from the kernels."""
+    """All guards at many times, straight from the kernels."""
     c = NUMPY.constants(start.field, parameters)
     s = start.start
     cosine, sine = NUMPY.cos_sin(s.angle)
     given = NUMPY.kernels.Start(s.x_r, s.gap, s.v_r, s.v_c, s.margin, cosine, sine)
-    values = NUMPY.kernels.flow(c, given, times)
+    values = np.transpose([NUMPY.kernels.flow(c, given, time) for time in times])
     gap = s.gap + values[0]
     found = {Guard.GAP: gap if c.contact else -gap}
     if c.drift:

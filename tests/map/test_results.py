@@ -7,28 +7,8 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._native import core
 from capsule_sym._orbits.shooting.orbit import NoOrbit
-
-
-def test_many_times_in_many_segments_take_one_call_a_field(monkeypatch: pytest.MonkeyPatch) -> None:
-    run = cs.simulate(cs.Parameters(), periods=20, backend="numpy")
-    times = np.random.default_rng(1).uniform(0, 20 * run.parameters.period, (50, 40))
-    one_by_one = np.array([run(t) for t in times[0]])
-    kernels, calls = NumpyBackend().kernels, []
-    flow = kernels.flow
-
-    def counted(*arguments: Any) -> Any:
-        calls.append(arguments)
-        return flow(*arguments)
-
-    monkeypatch.setattr(kernels, "flow", counted)
-    states = run(times)
-    assert 0 < len(calls) <= 6 < len(run.segments)
-    assert states.shape == (50, 40, 3)
-    np.testing.assert_allclose(states[0], one_by_one, rtol=0, atol=1e-15)
-
 
 KEPT = ("segments", "stroboscopic")
 

@@ -17,6 +17,7 @@ from capsule_sym import Parameters
 from capsule_sym._map.backend import Backend, NumpyBackend, backend
 from capsule_sym._native import core
 from tests.native import KERNELS, LIBRARY, compile_in, structure
+from tests.sampling import flows
 
 pytestmark = [
     pytest.mark.long,
@@ -189,9 +190,8 @@ def random_segments(seed: int) -> list[Segment]:
     x_r, v_r, v_c = rng.uniform(-1, 1, 3)
     margin = x_r + c.kappa * (x_r - c.delta) + 2 * c.zeta * v_r - c.friction
     start = (x_r, x_r - c.delta, v_r, v_c, margin, np.cos(angle), np.sin(angle))
-    times = np.linspace(0, duration, 20_001)
-    position, speed, *_ = numbers.kernels.flow(c, numbers.kernels.Start(*start), times)
-    speed[0], position[0] = v_r, 0.0
+    given = numbers.kernels.Start(*start)
+    position, speed, _ = flows(numbers.kernels, c, given, duration, 20_000)
     force = margin + (1 + c.kappa) * position + 2 * c.zeta * (speed - v_r)
     rates = {GAP: speed, FORCE: np.diff(force)}
     if c.drift:

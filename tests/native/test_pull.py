@@ -15,6 +15,7 @@ from capsule_sym._parameters import scene
 from capsule_sym.generated.interface import Quantity
 from tests.native import LIBRARY, ROOT
 from tests.native.test_native_extrema import ORDER, Expanded
+from tests.sampling import flows
 
 NAMES = ("reaction", "reaction_pulse")
 
@@ -41,7 +42,7 @@ def test_every_turn_of_the_pull_is_found_and_no_other(name: str) -> None:
         start = (x_r, x_r - 0.1, v_r, 0.3, margin, math.cos(angle), math.sin(angle))
         h = np.linspace(0, 12.0, 6001)
         first = given.kernels.Start(*start)
-        x, v, *_ = given.kernels.flow(c, first, h)
+        x, v, _ = flows(given.kernels, c, first, 12.0, 6000)
         drive = p["alpha"] * np.cos(angle + p["omega"] * h) if name == "reaction" else u
         P = (1 + c.kappa) * (x_r + x) - c.kappa * 0.1 + 2 * p["zeta"] * v
         Q = P - drive

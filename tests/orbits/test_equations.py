@@ -13,6 +13,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._map.precision import workspace
 from capsule_sym._orbits.shooting import closed
 from capsule_sym._orbits.shooting.equations import PARAMETERS, ShootingSystem, shooting, solve
+from capsule_sym._orbits.shooting.itinerary import ItinerarySegment
 from tests.sampling import sampled, some
 
 STEP = mpf("1e-20")
@@ -173,7 +174,7 @@ def test_several_right_sides_take_one_factorisation(monkeypatch: pytest.MonkeyPa
 def test_word_knows_its_guards() -> None:
     itinerary = results.Itinerary.parse("F5 F4,F1 F2 F3 F6")
     guards = (Guard.UPPER, Guard.GAP, Guard.DRIFT, Guard.LOWER, Guard.GAP, Guard.DRIFT)
-    assert itinerary.segments == tuple(map(results.ItinerarySegment, (5, 4, 1, 2, 3, 6), guards))
+    assert itinerary.segments == tuple(map(ItinerarySegment, (5, 4, 1, 2, 3, 6), guards))
     assert str(itinerary) == "F5 F4 F1 F2 F3 F6"
     assert results.Itinerary.parse("236541").first == 3
     assert results.Itinerary.parse("236541").rotated(3).fields == (5, 4, 1, 2, 3, 6)

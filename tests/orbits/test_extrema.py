@@ -21,7 +21,7 @@ from capsule_sym._orbits.shooting.equations import SegmentFlow, shooting
 from capsule_sym._orbits.shooting.extrema import Extremum, extrema, minima
 from capsule_sym._parameters import CAPSULE
 from capsule_sym.generated.interface import Quantity
-from tests.sampling import many, sampled
+from tests.sampling import flows, many, sampled
 
 
 @pytest.fixture
@@ -83,10 +83,12 @@ def found(flow: SegmentFlow, quantity: Quantity, name: str = "numpy") -> list[Ex
 
 
 def value(flow: SegmentFlow, quantity: Quantity, h: Any, name: str = "numpy") -> Any:
-    """A quantity a duration after the start, one or many, by its definition."""
-    c, start = flow.c, flow.closed
-    times = h if name == "numpy" else SYSTEMS[name].number(h)
-    position, v_r, *drifted = SYSTEMS[name].kernels.flow(c, start, times)
+    """A quantity a duration after the start, or at many equal steps up to it, by its definition."""
+    c, start, kernels = flow.c, flow.closed, SYSTEMS[name].kernels
+    if isinstance(h, np.ndarray):
+        position, v_r, *drifted = flows(kernels, c, start, h[-1], len(h))[:, 1:]
+    else:
+        position, v_r, *drifted = kernels.flow(c, start, SYSTEMS[name].number(h))
     gap = start.gap + position
     if quantity is Quantity.GAP:
         return gap

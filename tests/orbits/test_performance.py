@@ -73,13 +73,13 @@ def test_on_a_slope_friction_and_lift_are_those_of_coulomb_and_of_gravity(name, 
     device = scene(name).PhysicalParameters(**given)
     orbit = cs.solve_orbit(device.dimensionless())
     found = cs.performance(orbit)
-    advances = [device.displacement(one.advance) for one in orbit.motion.segments]
+    advances = [device.scale("x_r") * one.advance for one in orbit.motion.segments]
     weight = (device.M_m + device.M_c) * device.g / math.hypot(1, slope)
     loss = sum(weight * (device.mu if a > 0 else device.mu_back) * abs(a) for a in advances)
     turns = orbit.itinerary.period_number
-    assert device.energy(found.friction_loss.value) == pytest.approx(loss / turns, rel=1e-9)
+    assert device.scale("work") * found.friction_loss.value == pytest.approx(loss / turns, rel=1e-9)
     lift = weight * slope * sum(advances) / turns
-    assert device.energy(found.lift.value) == pytest.approx(lift, rel=1e-9)
+    assert device.scale("work") * found.lift.value == pytest.approx(lift, rel=1e-9)
     assert max(advances) > 0 > min(advances)
     parts = found.damper_loss, found.friction_loss, found.lift
     assert abs(found.imbalance) < 1e-13

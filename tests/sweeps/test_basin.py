@@ -8,7 +8,6 @@ import pytest
 
 from capsule_sym import InvalidInput, Parameters, run_basin, simulate
 from capsule_sym._native import check_time, present
-from capsule_sym._sweeps.itineraries import NotSolved, code, orbit_at_end
 from capsule_sym.inputs import Axis, Sweep
 from capsule_sym.results import open_results
 
@@ -77,15 +76,6 @@ def test_a_basin_whose_time_is_over_among_its_attractors_goes_on(tmp_path, monke
     summary, found = run_basin(sweep, tmp_path / "store", resume=True)
     assert (summary.success, summary.computed) == (True, 0)
     np.testing.assert_array_equal(found.numbers, whole.numbers)
-
-
-def test_an_orbit_of_another_word_is_not_taken() -> None:
-    motion = simulate(Parameters(), periods=300).final[1]
-    assert orbit_at_end(Parameters(), motion, 1, code("F5 F4 F1 F2")).itinerary.period_number == 1
-    with pytest.raises(
-        NotSolved, match="the orbit's itinerary is F5 F4 F1 F2, its period number 1"
-    ):
-        orbit_at_end(Parameters(), motion, 1, code("F5 F2"))
 
 
 def test_a_basin_has_axes_over_the_start_alone(tmp_path: Path) -> None:

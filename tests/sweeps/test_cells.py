@@ -7,7 +7,7 @@ import pytest
 
 from capsule_sym import Parameters, simulate, solve_orbit
 from capsule_sym._attractors import neighbourhoods
-from capsule_sym._native import core
+from capsule_sym._native import Watch, core
 from capsule_sym._parameters import CAPSULE, scene
 from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import compute
@@ -177,7 +177,7 @@ SLOW = [
 @pytest.mark.parametrize(("name", "over", "fixed", "late"), SLOW)
 def test_slow_motions_are_those_of_long_runs(name, over, fixed, late, monkeypatch) -> None:
     own = CAPSULE if name == "numpy" else scene(name)
-    axes = tuple(Axis.linear(one, *values, own) for one, values in over.items())
+    axes = tuple(Axis.linear(one, *values) for one, values in over.items())
     sweep = Sweep(axes, own.Parameters(**fixed), compute=("itinerary", "energies"), periods=60)
     long = compute(replace(sweep, periods=3000)).columns
     if name == "numpy":
@@ -213,6 +213,15 @@ def test_orbits_closed_by_the_core_are_those_that_python_closes(monkeypatch) -> 
             for name in VARIABLES[quantity]:
                 one, two = fast.columns[name][both], slow.columns[name][both]
                 np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-10, err_msg=name)
+
+
+def test_an_orbit_of_another_itinerary_is_not_taken() -> None:
+    part = cells._Cells(Sweep((Axis.of("alpha", [0.7]),), compute=("energies",)), Watch())
+    part.run(np.arange(1))
+    part.columns["itinerary"][0] = code("F5 F2")
+    part.close(0)
+    assert part.columns["outcome"][0] == CellOutcome.FAILED
+    assert part.reasons == {0: "the orbit's itinerary is F5 F4 F1 F2, its period number 1"}
 
 
 @needs_core

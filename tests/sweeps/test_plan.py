@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from capsule_sym import InvalidInput, Parameters
 from capsule_sym._sweeps.quantities import TAKEN
-from capsule_sym.inputs import Axis, Sweep, load_sweep, read_plan
+from capsule_sym.inputs import Axis, Sweep, read_plan
 from tests.sampling import many, sampled
 
 GOOD = {"alpha": [0.5, 0.7]}
@@ -51,10 +51,6 @@ def setting(**changes: Any) -> dict[str, Any]:
 
 DEVICE = {"M_m": 0.5, "M_c": 1.6, "k1": 30.0, "k2": 45.0, "c": 0.4, "G": 0.004, "mu": 0.3}
 DEVICE |= {"P_d": 4.0, "Omega": 6.0}
-
-
-def designed(**ranges: Any) -> dict[str, Any]:
-    return {"device": DEVICE, "axes": {"sample": {**SOBOL, "sobol": ranges}}}
 
 
 BAD: list[Any] = [
@@ -115,9 +111,8 @@ BAD: list[Any] = [
         {"x_r": math.nan}, {"x_r": 1e21}, {"x_r": [1]}, {"x_r": DEEP}, {"phase": -1},
         {"phase": "0"}, {"phase": 8.0}, {"phase": True}, {"phase": [0]}, {"phase": HUGE}, {3: 1})),
     # Of a device.
-    *(designed(**ranges) for ranges in (
-        {"P_d": [3, 6], "alpha": [0, 1]}, {"P_d": [3, HUGE]}, {"P_d": ["3", 6]}, {"P_d": 3})),
-    {"device": DEVICE, "axes": {"P_d": {"from": 1, "to": HUGE, "count": 3}}},
+    *({"device": DEVICE, "axes": {"P_d": {"from": low, "to": high, "count": count}}}
+      for low, high, count in ((1, HUGE, 3), ("1", 2, 3), (1, math.inf, 3), (1, 2, 10**11))),
 ]  # fmt: skip
 
 
@@ -158,14 +153,14 @@ def test_a_bad_file_is_refused_in_one_line(data: bytes, tmp_path: Path) -> None:
     path.write_bytes(data)
     for place in (path, tmp_path, tmp_path / "none.toml"):
         with pytest.raises(InvalidInput) as refused:
-            load_sweep(place)
+            read_plan(place)
         assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("values", [
     [["a"]], [[True]], [["1"], ["2"]], [[1.0], [1.0, 2.0]], np.array([["1.0"]]), np.array([[True]]),
     np.array([[1j]]), np.array([["2019-04-08"]], dtype="datetime64[D]"),
-    np.array([[np.longdouble("1e400")]]), None, object(),
+    None, object(),
 ])  # fmt: skip
 def test_an_axis_takes_numbers_alone(values: Any) -> None:
     with pytest.raises(InvalidInput):
@@ -242,13 +237,5 @@ def test_any_text_is_a_sweep_or_refused_in_one_line(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "plan.toml"
         path.write_text("[axes]\nalpha = " + text, encoding="utf-8")
-        _, message = taken(lambda: load_sweep(path))
+        _, message = taken(lambda: read_plan(path))
         assert "\n" not in message
-
-
-def test_a_design_of_a_device_varies_what_it_has_in_its_units() -> None:
-    friction = 0.3 * (0.5 + 1.6) * 9.81
-    (axis,) = read_plan(designed(P_d=[3, 6], gamma=[1, 5])).axes
-    (plain,) = read_plan(sobol(sobol={"alpha": [3 / friction, 6 / friction], "gamma": [1, 5]})).axes
-    assert axis.quantities == ("alpha", "gamma")
-    assert axis.values == pytest.approx(plain.values, rel=1e-14)

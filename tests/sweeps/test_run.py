@@ -122,7 +122,7 @@ def test_a_store_goes_on_with_its_own_core_alone(tmp_path, monkeypatch) -> None:
 def test_what_is_no_sweep_or_cannot_run_is_refused(run: Callable[..., Any], tmp_path: Path) -> None:
     store = tmp_path / "store"
     for given in ("x", None):
-        told = rf"^sweep = {given!r}: must be a Sweep, as load_sweep\(file\) gives$"
+        told = rf"^sweep = {given!r}: must be a Sweep, as read_plan\(file\) gives$"
         with pytest.raises(InvalidInput, match=told):
             run(given, store)
     bad: list[tuple[str, Any]] = [("max_seconds", one) for one in (0.0, -1.0, math.nan, "1")]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym.inputs import Axis, Sweep, load_sweep
+from capsule_sym.inputs import Axis, Sweep, read_plan
 from tests.sweeps import chart
 
 
@@ -110,7 +110,7 @@ def test_a_file_gives_the_sweep_that_it_describes(tmp_path: Path) -> None:
         compute=("itinerary", "final"),
         chunk=(2, 1, 8),
     )
-    assert load_sweep(path).record() == expected.record()
+    assert read_plan(path).record() == expected.record()
 
 
 @pytest.mark.parametrize(
@@ -144,7 +144,7 @@ def test_what_a_file_may_not_hold_is_named(tmp_path: Path, old: str, new: str, s
     assert FILE.count(old) == 1
     path.write_text(FILE.replace(old, new))
     with pytest.raises(InvalidInput) as refused:
-        load_sweep(path)
+        read_plan(path)
     assert said in str(refused.value)
 
 

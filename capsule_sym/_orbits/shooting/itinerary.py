@@ -89,6 +89,8 @@ class ItinerarySegment:
 class Itinerary:
     """Segments of a motion's period in cyclic order, over `period_number` excitation periods.
 
+    Each segment has its `field`, and the `guard` that ends it, None without switches.
+
     With `mirrored` they are those of the first half of a motion that is its own mirror image: the
     images of the segments follow them, a single stop is not in contact, and `period_number` is odd.
     Fields are those of the scene.
