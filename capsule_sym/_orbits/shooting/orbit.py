@@ -24,6 +24,7 @@ from capsule_sym._orbits.shooting.equations import (
     ShootingSystem,
     Vector,
     of_core,
+    shooting,
     solve,
     touched,
 )
@@ -230,6 +231,12 @@ class NoOrbit(Orbit):
     def residual(self) -> Number:
         """Largest entry of the equations' final residual."""
         return self._why[1]
+
+
+def evaluated(numbers: Backend, values: Sequence[Number], itinerary: Itinerary, z: Vector) -> Orbit:
+    """Orbit with these unknowns, which need not be a solution, in the numbers of a backend."""
+    system = shooting(numbers, values, itinerary, z)
+    return Orbit(tuple(values), itinerary, z, system, numbers.name)
 
 
 def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
