@@ -243,12 +243,6 @@ def test_a_multiplier_passes_minus_one_on_an_adding_sliding_curve() -> None:
         assert (one.multipliers[0].real < -1) == (one.values[1] < point.values[1])
 
 
-def test_a_curve_in_the_stiffness_does_not_begin_where_events_come_in_pairs() -> None:
-    branch = cs.continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
-    with pytest.raises(cs.InvalidInput, match=r"beta = 0\.0: must be > 0 if it varies"):
-        cs.continue_bifurcation(branch.at("AS1"), "beta", ((0.1, 2.0), (0.0, 1.0)))
-
-
 @pytest.mark.long
 def test_a_cusp_is_where_two_folds_of_a_branch_become_one() -> None:
     def folds(zeta: float) -> list[float]:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.admissibility import inequalities, parted, stiffless
+from capsule_sym._orbits.shooting.admissibility import parted, stiffless
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.equations import Vector, shooting
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, mirror
@@ -31,14 +31,6 @@ from capsule_sym._parameters import SceneParameters
 KEPT, BROKEN = "kept", "broken"
 _SAME = 1e-7  # states of an orbit found twice differ by less
 _SAMPLES = 16
-
-
-def springless(orbit: Orbit) -> bool:
-    """True if an itinerary without contact passes a stop, which needs a stiffness of 0."""
-    if not stiffless(orbit) or _touches(orbit.itinerary):
-        return False
-    held = inequalities(orbit.numbers, orbit.itinerary, orbit.system)
-    return any(one.guard in (Guard.GAP, Guard.BACK) and one.value < 0 for one in held)
 
 
 def _touches(itinerary: Itinerary) -> bool:
