@@ -103,12 +103,6 @@ class Branch(Ended, Labelled):
         }
 
     @property
-    def statistics(self) -> dict[str, Any]:
-        """Number of points, and of all Newton steps."""
-        steps = sum(point.orbit.iterations for point in self.points)
-        return {"points": len(self.points), "iterations": steps}
-
-    @property
     def parameter(self) -> str:
         """Name of the varied parameter."""
         return self.axis.name

@@ -90,12 +90,6 @@ class Curve(Labelled):
         return self._worst[1]
 
     @property
-    def statistics(self) -> dict[str, Any]:
-        """Number of points, and of all Newton steps."""
-        steps = sum(point.iterations for point in self.points)
-        return {"points": len(self.points), "iterations": steps}
-
-    @property
     def _worst(self) -> tuple[Status, str]:
         return min(self.endings, key=lambda end: end[0] in _FINE)
 

@@ -119,11 +119,6 @@ class Orbit(Ended, Labelled):
         return solved if self.success else "the residual of the equations is not small"
 
     @property
-    def statistics(self) -> dict[str, Any]:
-        """Number of Newton steps, and largest entry of the final residual."""
-        return {"iterations": self.iterations, "residual": float(self.residual)}
-
-    @property
     def durations(self) -> Vector:
         """Duration of each segment, shape (n,)."""
         return self.z[4:]

@@ -11,34 +11,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import chain, pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Segment, Trajectory
-from capsule_sym._map.backend import Backend, Number, backend
+from capsule_sym._map.backend import Number, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import Matrix, ShootingSystem, Vector
-from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
+from capsule_sym._orbits.shooting.equations import Matrix, Vector
+from capsule_sym._orbits.shooting.itinerary import drift
 
 Constants = Any  # of a segment's closed form, by the kernels of a scene
-
-
-class OrbitLike(Protocol):
-    """Properties of an orbit that stability uses."""
-
-    @property
-    def itinerary(self) -> Itinerary: ...
-    @property
-    def values(self) -> tuple[Number, ...]: ...
-    @property
-    def system(self) -> ShootingSystem: ...
-    @property
-    def numbers(self) -> Backend: ...
+OrbitLike = Any  # an Orbit, whose module imports this one
 
 
 def field(c: Any, state: Sequence[Number] | Vector, cosine: Number) -> Vector:
