@@ -41,14 +41,21 @@ from capsule_sym._orbits.shooting.changes import (
     zero_segments,
 )
 from capsule_sym._orbits.shooting.equations import Vector
-from capsule_sym._orbits.shooting.itinerary import Itinerary, contact
-from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.orbit import Orbit, evaluated
 from capsule_sym._orbits.shooting.search import newton_orbit, orbit_at
-from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at, symmetric, whole_orbit
+from capsule_sym._orbits.shooting.symmetry import (
+    half_orbit,
+    halved_at,
+    symmetric,
+    touches,
+    whole_orbit,
+)
 from capsule_sym._parameters import SceneParameters
 
 NEIGHBOUR_STEP = 1e-4  # distance from an event, in u, at which its two sides are evaluated
 _NEIGHBOUR_SHARES = (1.0, 0.1, 1e-2, 1e-3)  # of it; a smaller one is used if another event is near
+_FAR = 1e9  # distance of a stop that no motion reaches
 _PLACES = (0.0, 0.37, 1.0)  # of a range, at which the symmetry of motions is tested
 
 
@@ -69,14 +76,17 @@ def first_half(orbit: Orbit, axes: tuple[PathAxis, ...]) -> Orbit | None:
     None if a varied parameter removes the symmetry, such as a load or the stiffness of one stop.
     """
     varies = {name for axis in axes for name in (axis.name, *dict(axis.path.ties))}
-    scene = orbit.scene
-    stiffnesses = {name for _, name in scene.facts.STOPS}
-    touches = any(contact(field, scene) for field in orbit.itinerary.fields)
-    if varies & stiffnesses and touches and len(scene.facts.STOPS) == 1:
-        return None
-    if not keeps_images(orbit, axes):
-        return None
-    return half_orbit(orbit)
+    (distance, stiffness), *others = orbit.scene.facts.STOPS
+    if touches(orbit.itinerary) and not others:
+        if orbit.value(stiffness) != 0 or stiffness in varies:
+            return None
+        # Without stiffness the stop changes nothing, wherever it is.
+        far, number = orbit.parameters.replace(**{distance: _FAR}), orbit.itinerary.period_number
+        plain = orbit_at(far, _strobe(orbit, number).tolist(), number)
+        if plain is None:
+            return None
+        orbit = evaluated(orbit.numbers, orbit.values, plain.itinerary, plain.z)
+    return half_orbit(orbit) if keeps_images(orbit, axes) else None
 
 
 def vanishing(orbit: Orbit, segment: int) -> Event:
