@@ -16,7 +16,6 @@ from capsule_sym._orbits.continuation import kinds
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.branch import (
     Branch,
-    BranchPoint,
     BranchRun,
     failure_of,
     halves_apart,
@@ -38,7 +37,7 @@ from capsule_sym._orbits.continuation.parameter_paths import (
     parameter_path,
 )
 from capsule_sym._orbits.continuation.problem import OUT_OF_TIME, Problem, Stop, computing
-from capsule_sym._orbits.continuation.records import labelled_point
+from capsule_sym._orbits.continuation.records import Origin, labelled_point
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, same
 from capsule_sym._parameters import SceneParameters
@@ -306,7 +305,7 @@ def continue_from(
     gamma 3.4
     """
     if isinstance(source, Branch):
-        own, point = source.axis.path, source.at(label)
+        own, point = source.axis.path, Origin.of(source.at(label))
         path = chosen_path(own.name, lambda: own, parameter, ties, own.scene)
     else:
         path, point = labelled_point(source, label, parameter, ties)
@@ -425,26 +424,22 @@ def _arrival(new: Branch, branch: Branch) -> Bifurcation | None:
     return next((one for one in doublings if same(one.orbit, end)), None)
 
 
-def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Restart]:
+def _leaving(problem: Problem, point: Origin) -> Iterator[Restart]:
     """Admissible states beside a point, on all sides."""
     found = list(_sides(problem, point))
-    if isinstance(point, Bifurcation) and point.type == kinds.PERIOD_DOUBLING:
+    if point.type == kinds.PERIOD_DOUBLING:
         found.append(_doubled(problem, point.orbit))
     half = first_half(point.orbit, problem.axes)
-    if (
-        isinstance(point, Bifurcation)
-        and point.type == kinds.SYMMETRY_BREAKING
-        and half is not None
-    ):
+    if point.type == kinds.SYMMETRY_BREAKING and half is not None:
         found += [_doubled(problem, half, side) for side in (1, -1)]
     for start in found:
         if start is not None and not failure_of(start.state):
             yield start._replace(state=start.continuation.symmetric(start.state))
 
 
-def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Restart | None]:
+def _sides(problem: Problem, point: Origin) -> Iterator[Restart | None]:
     """States on both sides of a point, of one itinerary or two; None on a side without a state."""
-    orbit, segment = point.orbit, point.segment if isinstance(point, Bifurcation) else None
+    orbit, segment = point.orbit, point.segment
     if segment is None:
         orbit = first_half(orbit, problem.axes) or orbit
         for side in range(2):
@@ -452,7 +447,7 @@ def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Resta
             u = one.unknowns(orbit)
             start = one.neighbour(u, one.directions(u)[side])
             yield start and start._replace(smooth=())
-        if isinstance(point, Bifurcation) and point.type == kinds.HIGHER.type:
+        if point.itinerary_before is not None and point.type == kinds.HIGHER.type:
             for way in (1.0, -1.0):
                 found = Rejoining(problem, point.itinerary_before, orbit, way, 1.0).junction()
                 if found is not None:
@@ -460,7 +455,6 @@ def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Resta
                     u = one.unknowns(found.after)
                     yield Restart(one, one.state(u, way * np.eye(len(u))[-1]))
         return
-    assert isinstance(point, Bifurcation)
     if point.symmetry == KEPT:
         orbit, half_segment = halved_at(orbit, segment) or (orbit, segment)
         segment = segment if half_segment is None else half_segment
@@ -579,15 +573,12 @@ def continue_bifurcation(
 
 def _curve_axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[PathAxis, ...]:
     """Axes of two parameters with a point within their ranges; raises InvalidInput."""
-    check(orbit.parameters, names, ranges)
     axes = []
-    for name, (low, high) in zip(names, ranges, strict=True):
-        value = orbit.value(name)
+    for name, (low, high) in zip(names, check(orbit.parameters, names, ranges), strict=True):
+        value = float(orbit.value(name))
         if not low <= value <= high:
-            raise InvalidInput(
-                name, (low, high), f"an ascending range that contains {float(value)!r}"
-            )
-        axes.append(PathAxis(ParameterPath(name, scene=orbit.scene), float(low), float(high)))
+            raise InvalidInput(name, (low, high), f"an ascending range that contains {value!r}")
+        axes.append(PathAxis(ParameterPath(name, scene=orbit.scene), low, high))
     return tuple(axes)
 
 
@@ -611,19 +602,16 @@ def _both_halves(kind: str, orbit: Orbit, both: Sequence[Continuation], points: 
 
 def check(
     base: SceneParameters, names: tuple[str, str], ranges: tuple[tuple[float, float], ...]
-) -> None:
-    """Raises InvalidInput unless these are two parameters and ascending ranges of theirs."""
+) -> list[Range]:
+    """Ranges of two parameters; raises InvalidInput unless both are ascending and allowed."""
     (first, second), known = names, base.scene.facts.PARAMETERS
     check_one_of("first", first, known)
     check_one_of("second", second, [name for name in known if name != first])
-    try:
-        pairs = [(low, high) for low, high in ranges]
-        (_, _) = pairs
-    except (TypeError, ValueError):
+    if not isinstance(ranges, Sequence) or len(ranges) != 2:
         allowed = f"two ranges, such as ((0.1, 2.0), (3.0, 3.3)) of {first} and {second}"
-        raise InvalidInput("ranges", ranges, allowed) from None
-    for name, (low, high) in zip(names, pairs, strict=True):
-        for edge in (low, high):
+        raise InvalidInput("ranges", ranges, allowed)
+    pairs = [checked_ends("ranges", pair) for pair in ranges]
+    for name, pair in zip(names, pairs, strict=True):
+        for edge in pair:
             base.replace(**{name: edge})
-        if not low < high:
-            raise InvalidInput(name, (low, high), "an ascending range")
+    return pairs

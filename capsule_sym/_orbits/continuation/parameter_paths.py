@@ -136,14 +136,7 @@ class ParameterPath:
             result = result + by_p[:, self.names.index(name)] * slope
         return result
 
-    # A path is a coordinate like an axis, given by its value.
-    share = value
-    width = 1.0
-
-    @property
-    def path(self) -> ParameterPath:
-        """The path itself."""
-        return self
+    share = value  # a path is a coordinate like an axis, given by its value
 
     def by(self, by_p: Matrix, values: Sequence[Number]) -> Vector:
         """Derivative along the path, as `along`; `values` are all parameters at the point."""

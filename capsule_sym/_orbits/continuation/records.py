@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput, Status, check_one_of
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_json
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
@@ -47,12 +46,27 @@ _WHAT = "JSON that `branch --out` or `curve --out` wrote"
 _CLOSED = 1e-6  # residual below which a saved orbit is accepted
 
 
+class Origin(NamedTuple):
+    """Point of a branch from which branches start; `type` is empty at a regular point."""
+
+    orbit: Orbit
+    type: str = ""
+    segment: int | None = None
+    symmetry: str = ""
+    itinerary_before: Itinerary | None = None
+
+    @classmethod
+    def of(cls, point: Any) -> Origin:
+        """Origin at a bifurcation, or at another point of a branch."""
+        return cls(**{name: getattr(point, name) for name in cls._fields if hasattr(point, name)})
+
+
 def labelled_point(
     path: Path | str,
     label: str,
     parameter: str | None = None,
     ties: Mapping[str, Function | str] | None = None,
-) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
+) -> tuple[ParameterPath, Origin]:
     """Path of a saved branch (`branch --out`), and its point with this label.
 
     `parameter` and `ties` replace those of the file, which cannot hold ties by Python functions. On
@@ -68,7 +82,7 @@ def labelled_point(
         varying = chosen_path(
             record["parameter"], lambda: _path(record), parameter, ties, _scene(record)
         )
-        return varying, _point(varying, {"scene": varying.scene.source, **named[label]})
+        return varying, _origin(varying.scene, {"scene": varying.scene.source, **named[label]})
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
@@ -148,32 +162,17 @@ def read_branch(path: Path | str) -> Record:
     return record
 
 
-def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
+def _origin(scene: Scene, record: Record) -> Origin:
     if "type" not in record:
-        orbit = _orbit(record)
-        return BranchPoint(record["value"], orbit, tightest(orbit))
-    scene = path.scene
+        return Origin(_orbit(record))
     orbit = _orbit({"scene": scene.source, **record["orbit"]})
     segment, number = record["segment"], orbit.itinerary.period_number
     if segment is not None and not 0 < segment <= len(orbit.itinerary):
         raise ValueError(f"segment {segment} of {len(orbit.itinerary)}")
-    read: dict[str, Callable[[Any], Any]] = {
-        "str": lambda text: text or "",
-        "tuple[str, ...]": tuple,
-        "tuple[float, float]": tuple,
-        "tuple[complex, ...]": lambda pairs: tuple(complex(*pair) for pair in pairs),
-        "Itinerary": lambda names: _itinerary(names, number, scene),
-        "Itinerary | None": lambda names: _itinerary(names, number, scene) if names else None,
-        "Status": Status,
-    }
-    given = {
-        field.name: read.get(str(field.type), lambda value: value)(record[field.name])
-        for field in fields(Bifurcation)
-        if field.name not in ("orbit", "path", "segment")
-    }
     # In the record segments are counted from the start of the cyclic itinerary.
     segment = None if segment is None else segment - 1
-    return Bifurcation(**given, orbit=orbit, path=path, segment=segment)
+    before = _itinerary(record["itinerary_before"], number, scene)
+    return Origin(orbit, record["type"], segment, record["symmetry"] or "", before)
 
 
 def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
