@@ -156,7 +156,7 @@ def test_a_curve_holds_the_multipliers_along_it() -> None:
         below = settled(alpha=alpha - 1e-9, gamma=gamma)
         assert point.multipliers == pytest.approx(sorted_multipliers(below), abs=1e-6)
     (row, *_) = curve_rows([curve])
-    assert row["multiplier_1"] == abs(curve.points[0].multipliers[0])
+    assert row["largest_multiplier"] == abs(curve.points[0].multipliers[0])
 
 
 def test_every_table_of_meetings_has_their_uncertainties() -> None:

@@ -26,6 +26,7 @@ from capsule_sym._orbits.continuation.problem import (
 )
 from capsule_sym._orbits.shooting.admissibility import (
     DURATION,
+    FAR,
     Inequality,
     inequalities,
     pull_rates,
@@ -55,7 +56,6 @@ from capsule_sym._parameters import SceneParameters
 
 NEIGHBOUR_STEP = 1e-4  # distance from an event, in u, at which its two sides are evaluated
 _NEIGHBOUR_SHARES = (1.0, 0.1, 1e-2, 1e-3)  # of it; a smaller one is used if another event is near
-_FAR = 1e9  # distance of a stop that no motion reaches
 _PLACES = (0.0, 0.37, 1.0)  # of a range, at which the symmetry of motions is tested
 
 
@@ -81,7 +81,7 @@ def first_half(orbit: Orbit, axes: tuple[PathAxis, ...]) -> Orbit | None:
         if orbit.value(stiffness) != 0 or stiffness in varies:
             return None
         # Without stiffness the stop changes nothing, wherever it is.
-        far, number = orbit.parameters.replace(**{distance: _FAR}), orbit.itinerary.period_number
+        far, number = orbit.parameters.replace(**{distance: FAR}), orbit.itinerary.period_number
         plain = orbit_at(far, _strobe(orbit, number).tolist(), number)
         if plain is None:
             return None

@@ -61,14 +61,16 @@ class Curve(Labelled):
     def columns(self) -> dict[str, NDArray[Any]]:
         """Points as columns, arrays of shape (n,).
 
-        The two parameters have their own names. Each point has its line, residual and status, and
-        of its orbit the itinerary, period number, progression, average velocity and start.
+        The two parameters have their own names. Each point has its line, residual and status, the
+        largest modulus of its multipliers, and of its orbit the itinerary, period number,
+        progression, average velocity and start.
         """
         values = np.array([point.values for point in self.points], dtype=float).reshape(-1, 2)
         return {
             self.parameters[0]: values[:, 0],
             self.parameters[1]: values[:, 1],
             "line": np.array([point.line for point in self.points], dtype=np.str_),
+            "largest_multiplier": np.array([abs(one.multipliers[0]) for one in self.points]),
             **columns_of([point.orbit for point in self.points]),
             "residual": np.array([float(point.residual) for point in self.points]),
             "status": np.array([str(point.status) for point in self.points], dtype=np.str_),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -390,21 +391,17 @@ def _row(record: Mapping[str, Any]) -> dict[str, Any]:
     return row
 
 
-def _sizes(multipliers: Iterable[complex]) -> dict[str, float]:
-    return {f"multiplier_{number}": abs(one) for number, one in enumerate(multipliers, 1)}
+def _table(result: Branch | Curve, **first: Any) -> list[dict[str, Any]]:
+    """Columns of a result as rows of a table, after other cells."""
+    columns = {name: values.tolist() for name, values in result.columns.items()}
+    return [
+        first | dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+    ]
 
 
 def point_rows(branch: Branch) -> list[dict[str, Any]]:
     """Points of a branch as rows of a table."""
-    rows = []
-    for point in branch.points:
-        record = _branch_point(point)
-        row = {"origin": branch.origin, branch.parameter: record.pop("value"), **_row(record)}
-        row |= _sizes(point.multipliers)
-        row |= {"tightest": record["admissibility"]["inequality"]}
-        row |= {"by": record["admissibility"]["value"]}
-        rows.append(row | dict(zip(("x_r", "v_r", "v_c"), record["state"], strict=True)))
-    return rows
+    return _table(branch, origin=branch.origin)
 
 
 def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]]:
@@ -416,13 +413,8 @@ def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]
 
 def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
     """Points of curves as rows of a table."""
-    return [
-        {"curve": number, "type": curve.type}
-        | _row(_curve_point(curve, point))
-        | _sizes(point.multipliers)
-        for number, curve in enumerate(curves, 1)
-        for point in curve.points
-    ]
+    tables = (_table(one, curve=number, type=one.type) for number, one in enumerate(curves, 1))
+    return list(chain.from_iterable(tables))
 
 
 def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:

@@ -30,9 +30,9 @@ _NEWTON_STEPS = 30
 _CLOSED = 1e-6  # change over the orbit's periods below which the itinerary is read from the run
 _REPEATED = 1e-7  # change over a turn below which a run has settled
 _ARRIVED = 1e-6  # distance, over the motion's size, below which a run is on its orbit
-_SLACK = 10  # factor by which a run may be further from an orbit than the multipliers predict
+_CLOSER = 1e-3  # share of its distance from an orbit to which a run has to go on
+_FURTHER = 4096  # excitation periods for which a slowly converging run goes on at most
 _MOST_STARTS, _LONGEST_SOUGHT = 10**6, 1024
-_BLOCKS = 64  # number of blocks for which a slowly converging run is followed
 _MOST_NAMED = 3  # largest number of itineraries in a message
 
 
@@ -113,7 +113,8 @@ def solve_orbit(
                     return found
                 refused.append(_Refused(ending, found))
         for one in refused:
-            if one.ending.change < _REPEATED:  # although its equations have no such solution
+            # The run may repeat, although its equations have no such solution.
+            if one.ending.change < _REPEATED and one.why.status is not Status.NOT_PERIODIC:
                 return one.why
         why = why or (
             f"the run {begin} has not settled within {periods} excitation periods on a motion of "
@@ -184,16 +185,12 @@ def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
     def distance(run: Trajectory) -> float:
         return float(abs(marks - np.array(run.final[1], dtype=float)).max(axis=1).min())
 
-    first = now = distance(trajectory)
-    for block in range(_BLOCKS):
-        if now <= _ARRIVED * size:
-            return True
-        if now > _SLACK * first * largest ** (block * _BLOCK / period_number):
-            return False
-        state = [float(value) for value in trajectory.final[1]]
-        trajectory = simulate(trajectory.parameters, state, periods=_BLOCK)
-        now = distance(trajectory)
-    return now < first
+    first = distance(trajectory)
+    if first <= _ARRIVED * size:
+        return True
+    periods = math.ceil(math.log(_CLOSER) / math.log(max(largest, _CLOSER))) * period_number
+    state = [float(value) for value in trajectory.final[1]]
+    return distance(simulate(trajectory.parameters, state, periods=min(periods, _FURTHER))) < first
 
 
 def _tested(found: Orbit) -> Orbit:
