@@ -294,24 +294,19 @@ def _mpmath_nodes() -> tuple[Vector, Vector]:
     return nodes, weights
 
 
-class _Place(NamedTuple):
-    """Candidate for the largest force: its size, the segment, and the time since its start.
-
-    A time None is the segment's end.
-    """
-
-    size: Number
-    flow: SegmentFlow
-    time: Number | None
-
-
 def _peak(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> tuple[Number, Vector]:
     """Largest |P| along an orbit, or force of a stop's spring, and its derivatives (n + 11,)."""
-    place = max(_places(forms, orbit, quantity), key=lambda found: found.size, default=None)
-    if place is None:  # no segment is in contact
+    _, flow, time = max(
+        _places(forms, orbit, quantity), key=lambda one: one[0], default=3 * (None,)
+    )
+    if flow is None:  # no segment is in contact
         return forms.numbers.number(0), 0 * orbit.system.advance_by
-    x_r, v_r, by = _state(forms, place)
-    c = place.flow.c
+    c, x_r, v_r, by = flow.c, flow.end[0], flow.end[1], flow.end_by
+    if time is not None:
+        (position, v_r, *_), matrix = forms.run(flow.segment.field, c, flow.closed, time)
+        rows = matrix[:STATES].copy()
+        rows[:, BY_TIME] = 0 * rows[:, BY_TIME]  # the force is stationary in the time
+        x_r, by = flow.closed.x_r + position, flow.total(rows)
     gap = x_r - c.own_stop()
     if quantity is Quantity.FORCE:
         force, row = c.force(x_r, gap, v_r), c.force_gradient(gap, v_r)
@@ -322,39 +317,22 @@ def _peak(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> tuple[Number,
     return side * force, side * chained(row, by)
 
 
-def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:
-    """Ends and extrema of all segments; of the gap only for segments in contact."""
+def _places(
+    forms: ClosedForms, orbit: Orbit, quantity: Quantity
+) -> Iterator[tuple[tuple[Number, Number], SegmentFlow, Number | None]]:
+    """Ends, at the time None, and extrema of all segments, with what they are compared by.
+
+    Of the gap only those of segments in contact; without stiffness the longest contact counts.
+    """
     for flow in orbit.system.flows:
         c, (x_r, v_r, _) = flow.c, flow.end
         gap = x_r - c.own_stop()
-        if quantity is Quantity.FORCE:
-            yield _Place(abs(c.force(x_r, gap, v_r)), flow, None)
-        elif c.contact:
-            yield _Place(_size(forms, c, gap), flow, None)
-        else:
-            continue
-        for _, time, value in extrema(forms.numbers, flow, quantity, {}):
-            size = abs(value) if quantity is Quantity.FORCE else _size(forms, c, value)
-            yield _Place(size, flow, time)
-
-
-def _size(forms: ClosedForms, c: Any, gap: Number) -> Number:
-    """Measure by which contacts are compared: the gap, with two stops the force."""
-    return gap if len(forms.scene.facts.STOPS) == 1 else abs(c.force(0, gap, 0))
-
-
-def _state(forms: ClosedForms, place: _Place) -> tuple[Number, Number, Matrix]:
-    """x_r and v_r at a place, and their total derivatives (3, n + 11) at a time in the segment.
-
-    At an interior extremum the time may be held fixed, since the force is stationary in it.
-    """
-    flow = place.flow
-    if place.time is None:
-        return flow.end[0], flow.end[1], flow.end_by
-    (position, v_r, *_), matrix = forms.run(flow.segment.field, flow.c, flow.closed, place.time)
-    rows = matrix[:STATES].copy()
-    rows[:, BY_TIME] = 0 * rows[:, BY_TIME]
-    return flow.closed.x_r + position, v_r, flow.total(rows)
+        end = c.force(x_r, gap, v_r) if quantity is Quantity.FORCE else gap
+        if quantity is Quantity.FORCE or c.contact:
+            found = extrema(forms.numbers, flow, quantity, {})
+            for time, value in ((None, end), *((one.time, one.value) for one in found)):
+                force = value if quantity is Quantity.FORCE else c.force(0, value, 0)
+                yield (abs(force), abs(value)), flow, time
 
 
 def drive_work(run: Trajectory) -> float:

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm, toeplitz
 
 from capsule_sym._map.backend import Number
 from capsule_sym._map.expansion import Guard
@@ -101,11 +100,15 @@ def residual_series(orbit: Orbit, curve: Matrix) -> Matrix:
 
 def _by(series: Vector) -> Matrix:
     """Matrix of the product with a series."""
-    return toeplitz(series, 0 * series)
+    orders = np.arange(len(series))
+    product: Matrix = np.tril(series[orders[:, None] - orders])
+    return product
 
 
 def _carried(y: Matrix, duration: Vector, rates: Matrix) -> Matrix:
     """Series of y after a duration, where y' = L y."""
+    from scipy.linalg import expm  # only here: it takes long to import
+
     term = y = y @ expm(rates * duration[0]).T
     change = _by(duration) - duration[0] * np.eye(len(y))
     for order in range(1, len(y)):
