@@ -170,7 +170,7 @@ class ParameterPath:
             except (NoNumber, TypeError, ValueError) as error:
                 where = f"arithmetic of {self.name} with a value at {at:g} ({error})"
                 raise InvalidInput("ties", [name for name, _ in self.ties], where) from None
-            base.replace(**dict(zip(self.names, placed, strict=True)))
+            type(base)(*placed)
 
 
 class PathAxis(NamedTuple):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput, Status, counted
+from capsule_sym._errors import Ended, InvalidInput, Status, counted
 from capsule_sym._map import Segment, Trajectory, simulate
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.drift import dragged
@@ -30,8 +30,8 @@ _NEWTON_STEPS = 30
 _CLOSED = 1e-6  # change over the orbit's periods below which the itinerary is read from the run
 _REPEATED = 1e-7  # change over a turn below which a run has settled
 _ARRIVED = 1e-6  # distance, over the motion's size, below which a run is on its orbit
-_CLOSER = 1e-3  # share of its distance from an orbit to which a run has to go on
-_FURTHER = 4096  # excitation periods for which a slowly converging run goes on at most
+_CLOSER = 1e-3  # share of its distance from an orbit to which a run should decay
+_FURTHER = 4096  # largest number of excitation periods to test that a run converges
 _MOST_STARTS, _LONGEST_SOUGHT = 10**6, 1024
 _MOST_NAMED = 3  # largest number of itineraries in a message
 
@@ -338,7 +338,7 @@ def search_orbits(
     return FoundOrbits(found, done, starts)
 
 
-class FoundOrbits(tuple[Orbit, ...]):
+class FoundOrbits(Ended, tuple[Orbit, ...]):
     """Orbits in the order of their period numbers, and the number of searched starts."""
 
     searched: int
@@ -356,12 +356,7 @@ class FoundOrbits(tuple[Orbit, ...]):
     @property
     def status(self) -> Status:
         """FINISHED if all starts were searched, else TIME_LIMIT."""
-        return Status.FINISHED if self.success else Status.TIME_LIMIT
-
-    @property
-    def success(self) -> bool:
-        """True if all starts were searched."""
-        return self.searched == self.starts
+        return Status.FINISHED if self.searched == self.starts else Status.TIME_LIMIT
 
     @property
     def message(self) -> str:

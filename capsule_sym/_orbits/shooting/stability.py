@@ -135,7 +135,7 @@ def monodromy_matrix(orbit: OrbitLike) -> Matrix:
      0.000000  0.000000  0.000000
     """
     if orbit.system.monodromy is not None:
-        return orbit.system.monodromy
+        return orbit.system.monodromy  # type: ignore[no-any-return]
     return _product(orbit, 0)
 
 
@@ -309,10 +309,10 @@ def lyapunov_exponents(trajectory: Trajectory, transient: int = 0) -> NDArray[np
                 cofactors[2, 2] = math.exp(-2 * sigma * h)
                 normal, turned = (normal, -2 * sigma * h) if sticks else _carried(cofactors, normal)
                 logs[:2] += grown, turned
-            if (matrix := landing(forms, segment, following)) is not None:
-                tangent, grown = _carried(matrix, tangent)
-                normal, turned = _carried(_cofactors(matrix), normal)
-                logs += grown, turned, np.log(abs(matrix[2, 2]))
+            if (switch := landing(forms, segment, following)) is not None:
+                tangent, grown = _carried(switch, tangent)
+                normal, turned = _carried(_cofactors(switch), normal)
+                logs += grown, turned, np.log(abs(switch[2, 2]))
     return np.sort(np.diff(logs, prepend=0.0) / time)[::-1]
 
 
@@ -339,8 +339,8 @@ def _matrices(trajectory: Trajectory) -> Iterator[Matrix]:
             assert segment is not None
             for matrix, _ in flows(forms, segment.field, float(segment.duration)):
                 yield matrix
-            if (matrix := landing(forms, segment, following)) is not None:
-                yield matrix
+            if (switch := landing(forms, segment, following)) is not None:
+                yield switch
 
 
 def flows(forms: ClosedForms, field: int, duration: float) -> Iterator[tuple[Matrix, float]]:
@@ -356,9 +356,7 @@ def flows(forms: ClosedForms, field: int, duration: float) -> Iterator[tuple[Mat
         yield matrix, duration / pieces
 
 
-def landing(
-    forms: ClosedForms, segment: Segment, following: Segment | None
-) -> NDArray[np.float64] | None:
+def landing(forms: ClosedForms, segment: Segment, following: Segment | None) -> Matrix | None:
     """Saltation matrix (3, 3) at the end of a segment; None where it is the identity."""
     if following is None:
         return None

@@ -121,10 +121,11 @@ def _divided(
     start: Matrix, end: Matrix, row: Vector, rates: Matrix, h: Vector, zeros: int
 ) -> Vector:
     """Guard at the end of a segment over the power `zeros` of its duration h."""
-    gained, shift = (end - bool(zeros) * start) @ row, int(h[0] == 0)
+    gained: Vector = (end - bool(zeros) * start) @ row
     if zeros == 2:
         gained = gained - _by(h) @ start @ rates.T @ row
     # With a duration of 0 both are over the variable: the last coefficient is lost.
+    shift = int(h[0] == 0)
     lost = np.zeros(shift)
     product = _by(np.append(h[shift:], lost))
     for _ in range(zeros):
