@@ -188,6 +188,10 @@ class NoOrbit(Orbit):
     the message.
     """
 
+    scene: Scene = CAPSULE
+    message: str = ""
+    residual: Number = float("inf")
+
     def __init__(
         self,
         status: Status,
@@ -198,10 +202,15 @@ class NoOrbit(Orbit):
         iterations: int = 0,
         scene: Scene | None = None,
     ) -> None:
-        given = {"status": status, "itinerary": itinerary, "values": values}
-        own = scene or (CAPSULE if itinerary is None else itinerary.scene)
         self.__dict__.update(
-            given, backend="numpy", iterations=iterations, _why=(message, residual), _scene=own
+            status=status,
+            message=message,
+            itinerary=itinerary,
+            values=values,
+            residual=residual,
+            iterations=iterations,
+            backend="numpy",
+            scene=scene or (CAPSULE if itinerary is None else itinerary.scene),
         )
 
     def __repr__(self) -> str:
@@ -211,21 +220,6 @@ class NoOrbit(Orbit):
         if name.startswith("_"):
             raise AttributeError(name)
         raise AttributeError(f"there is no orbit, and so no {name}: {self.message}")
-
-    @property
-    def scene(self) -> Scene:
-        """Scene of the parameters."""
-        return self._scene  # type: ignore[no-any-return]
-
-    @property
-    def message(self) -> str:
-        """Reason why there is no orbit."""
-        return str(self._why[0])
-
-    @property
-    def residual(self) -> Number:
-        """Largest entry of the equations' final residual."""
-        return self._why[1]
 
 
 def evaluated(numbers: Backend, values: Sequence[Number], itinerary: Itinerary, z: Vector) -> Orbit:

@@ -14,6 +14,7 @@ from capsule_sym._errors import Ended, InvalidInput, Status, counted
 from capsule_sym._map import Segment, Trajectory, simulate
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.drift import dragged
+from capsule_sym._map.many import spread
 from capsule_sym._map.result import brief
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch
@@ -371,11 +372,8 @@ class FoundOrbits(Ended, tuple[Orbit, ...]):
 
 def _checked_box(box: Sequence[float]) -> NDArray[np.float64]:
     """Bounds of states; raises InvalidInput unless they are three finite numbers >= 0."""
-    try:
-        bounds = np.array([float(one) for one in box])
-    except (TypeError, ValueError):
-        bounds = np.zeros(0)
-    if bounds.shape != (3,) or not np.all(np.isfinite(bounds)) or np.any(bounds < 0):
+    bounds = spread("box", box, (3,))
+    if not np.all(np.isfinite(bounds)) or np.any(bounds < 0):
         raise InvalidInput("box", box, "three bounds of |x_r|, |v_r|, |v_c|, finite and >= 0")
     return bounds
 
