@@ -8,6 +8,7 @@ Toeplitz matrix.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit, evaluated
 from capsule_sym._orbits.shooting.stability import field, monodromy_matrix
 
 _DIFFERENCE = 1e-5  # over the fastest rate, and of the parameters
+_TERMS = 19  # 1/19! is below rounding
 _TURN = np.array([[0.0, -1.0], [1.0, 0.0]])  # derivative of (cos, sin) by the angle
 
 
@@ -105,11 +107,19 @@ def _by(series: Vector) -> Matrix:
     return product
 
 
+def _exponential(matrix: Matrix) -> Matrix:
+    """Exponential by squaring; SciPy's takes long to import, and its threads disturb NumPy's."""
+    halvings = max(0, math.ceil(math.log2(np.linalg.norm(matrix, 1) or 1.0)))
+    term = total = np.eye(len(matrix))
+    for order in range(1, _TERMS):
+        term = term @ matrix / (order * 2**halvings)
+        total = total + term
+    return np.linalg.matrix_power(total, 2**halvings)
+
+
 def _carried(y: Matrix, duration: Vector, rates: Matrix) -> Matrix:
     """Series of y after a duration, where y' = L y."""
-    from scipy.linalg import expm  # only here: it takes long to import
-
-    term = y = y @ expm(rates * duration[0]).T
+    term = y = y @ _exponential(rates * duration[0]).T
     change = _by(duration) - duration[0] * np.eye(len(y))
     for order in range(1, len(y)):
         term = change @ term @ rates.T / order
