@@ -25,7 +25,7 @@ from capsule_sym._errors import NotInstalled as NotInstalled
 from capsule_sym._figures.plots import plot as plot
 from capsule_sym._map.many import simulate_many as simulate_many
 from capsule_sym._map.simulate import simulate as simulate
-from capsule_sym._orbits.continuation.continue_curves import (
+from capsule_sym._orbits.continuation.continue_orbits import (
     continue_bifurcation as continue_bifurcation,
 )
 from capsule_sym._orbits.continuation.continue_orbits import (

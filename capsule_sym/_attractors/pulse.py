@@ -16,7 +16,7 @@ from capsule_sym._errors import Status, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields, record
-from capsule_sym._orbits.metrics.work import drive_force
+from capsule_sym._orbits.metrics.performance import drive_force
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene, SceneDevice, SceneParameters
 from capsule_sym._systems import System, dimensionless

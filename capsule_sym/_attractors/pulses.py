@@ -19,7 +19,7 @@ from capsule_sym._errors import Status, counted
 from capsule_sym._map import simulate
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._orbits.metrics.work import drive_work
+from capsule_sym._orbits.metrics.performance import drive_work
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import SceneDevice

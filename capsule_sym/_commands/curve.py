@@ -55,7 +55,7 @@ def curve(
         Prove the points in ball arithmetic, and write its certificate here.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.continue_curves import check
+    from capsule_sym._orbits.continuation.continue_orbits import check
     from capsule_sym._orbits.continuation.problem import check_points
     from capsule_sym._orbits.continuation.records import curve_files, curves_record
 

@@ -14,7 +14,7 @@ from capsule_sym._attractors import pulses
 from capsule_sym._attractors.pulse_search import intervals
 from capsule_sym._cli import main
 from capsule_sym._native import Watch
-from capsule_sym._orbits.metrics.work import drive_force, drive_work
+from capsule_sym._orbits.metrics.performance import drive_force, drive_work
 from capsule_sym.figures import plot_pulse
 from capsule_sym.inputs import SceneParameters
 from capsule_sym.results import Orbit, Pulse, Status

@@ -139,7 +139,7 @@ def test_branches_and_curves_tell_of_every_point() -> None:
     records = branch_record(branch)
     assert all(map(solved, records["points"]))
     assert all(map(solved, records["bifurcations"]))
-    assert all(map(solved, point_rows(branch)))
+    assert all(row["status"] == "converged" for row in point_rows(branch))
     assert any(record["iterations"] > 1 for record in records["points"])
     assert all(record["iterations"] > 1 for record in records["bifurcations"])
     sliding = upwards(3.3).bifurcations[-3]
@@ -153,7 +153,8 @@ def test_branches_and_curves_tell_of_every_point() -> None:
         record = curve_record(curve)
         assert all(map(solved, [*record["points"], *record["codimension_two"]]))
         assert all(point.residual >= float(point.orbit.residual) for point in curve.points)
-    assert all(map(solved, [*curve_rows(curves), *codimension_two_rows(curves)]))
+    assert all(map(solved, codimension_two_rows(curves)))
+    assert all(row["status"] == "converged" for row in curve_rows(curves))
     assert codimension_two_rows(curves)
 
 
@@ -175,6 +176,7 @@ def test_a_record_has_the_multipliers_of_both_sides_of_a_border(label: str, tmp_
     file = tmp_path / "branch.json"
     file.write_text(dumps(branch_record(branch)))
     _, again = labelled_point(file, label)
-    assert isinstance(again, cs.results.Bifurcation)
+    assert (again.type, again.segment is None) == (one.type, one.segment is None)
+    again = replace(one, orbit=again.orbit, segment=again.segment)
     assert again.multipliers == pytest.approx(one.multipliers, abs=1e-12)
     assert again.multipliers_without == pytest.approx(one.multipliers_without, abs=1e-12)

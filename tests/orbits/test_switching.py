@@ -164,16 +164,6 @@ def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.Monke
     assert json.loads(dumps(branch_record(light(), [lost])))["switched"][0]["points"] == []
 
 
-def test_a_branch_in_the_stiffness_leaves_where_there_is_none() -> None:
-    without = cs.continue_orbit(settled(alpha=0.5, beta=0.0), "alpha", 0.6, points=4)
-    (found,) = cs.continue_from(without, "EP2", 0.5, parameter="beta", points=4)
-    assert found.status is cs.results.Status.REACHED
-    assert same(found.points[-1].orbit, settled(alpha=0.6, beta=0.5))
-    slipping = cs.continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
-    with pytest.raises(cs.InvalidInput, match="label = 'AS1': must be EP1 or EP2 if beta varies"):
-        cs.continue_from(slipping, "AS1", 0.5, parameter="beta")
-
-
 def test_what_does_not_change_with_the_parameter_is_told() -> None:
     # Without contact the stiffness of the second spring is all the same.
     branch = cs.continue_orbit(settled(alpha=0.3, delta=1.2), "alpha", 0.4, points=4)

@@ -1,4 +1,4 @@
-"""Continuation of an orbit: to a value, or both ways within a range."""
+"""Continuation of orbits in one parameter, and of bifurcations in two."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._map.checks import check_count, checked_ends
+from capsule_sym._orbits.continuation import kinds
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.branch import (
     Branch,
-    BranchPoint,
     BranchRun,
     failure_of,
     halves_apart,
@@ -25,14 +25,10 @@ from capsule_sym._orbits.continuation.crossing import (
     Rejoining,
     Restart,
     first_half,
+    keeps_images,
     vanishing,
 )
-from capsule_sym._orbits.continuation.kinds import (
-    HIGHER,
-    PERIOD_DOUBLING,
-    SYMMETRY_BREAKING,
-    doubled,
-)
+from capsule_sym._orbits.continuation.curve import Curve, CurveRun
 from capsule_sym._orbits.continuation.parameter_paths import (
     Function,
     ParameterPath,
@@ -41,12 +37,10 @@ from capsule_sym._orbits.continuation.parameter_paths import (
     parameter_path,
 )
 from capsule_sym._orbits.continuation.problem import OUT_OF_TIME, Problem, Stop, computing
-from capsule_sym._orbits.continuation.records import labelled_point
-from capsule_sym._orbits.shooting.admissibility import tightest
-from capsule_sym._orbits.shooting.equations import Vector
+from capsule_sym._orbits.continuation.records import Origin, labelled_point
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.search import orbit_at
-from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, same, springless
+from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, same
+from capsule_sym._parameters import SceneParameters
 
 
 def continue_orbit(
@@ -122,12 +116,7 @@ def continue_orbit(
     AS1 adding-sliding 0.9409980034
     """
     axis = axis_from(orbit, parameter_path(parameter, ties, orbit.scene), to)
-    with computing(points, max_seconds, orbit.scene) as (numbers, limit):
-        continuation, u = _begin(Problem(numbers, (axis,)), orbit)
-        with limit:
-            # The branch itself records the time limit.
-            found = BranchRun(continuation, points).go(u, np.eye(len(u))[-1])
-    return found
+    return _sides_of(orbit, axis, points, max_seconds, (1.0,))[0]
 
 
 def continue_both_ways(
@@ -190,51 +179,48 @@ def continue_both_ways(
     >>> print([one.label for one in up.bifurcations], [one.label for one in down.bifurcations])
     ['AS1'] []
     """
-    axis = _axis_within(orbit, parameter, ends, ties)
-    with computing(points, max_seconds, orbit.scene) as (numbers, limit):
-        found: list[Branch] = []
-        for side in (1.0, -1.0):
-            continuation, u = _begin(Problem(numbers, (axis,)), orbit)
-            with limit:
-                found.append(BranchRun(continuation, points).go(u, side * np.eye(len(u))[-1]))
+    path = parameter_path(parameter, ties, orbit.scene)
+    low, high = checked_ends("ends", ends)
+    axis, value = _checked_axis(orbit, path, low, high), float(path.value(orbit.values))
+    if not low < value < high:
+        raise InvalidInput("ends", (low, high), f"ascending, with {value!r} between them")
+    return _sides_of(orbit, axis, points, max_seconds, (1.0, -1.0))
+
+
+def _sides_of(
+    orbit: Orbit, axis: PathAxis, points: int, max_seconds: float, sides: Sequence[float]
+) -> tuple[Branch, ...]:
+    """Branches through an orbit to sides of it; one alone if it is closed."""
+    found: list[Branch] = []
+    with computing(points, max_seconds, axis) as problem:
+        for side in sides:
+            start = first_half(orbit, problem.axes) or orbit
+            continuation = Continuation(problem, start)
+            u = continuation.unknowns(start)
+            found.append(BranchRun(continuation, points).go(u, side * np.eye(len(u))[-1]))
             if found[-1].status is Status.RETURNED:
                 return (found[-1],)
-        return tuple(found)
+    missing = len(sides) - len(found)  # a branch itself records the time limit
+    return (*found, *(missing * [Branch(axis, (), (), *OUT_OF_TIME)]))
 
 
-def _begin(problem: Problem, orbit: Orbit) -> tuple[Continuation, Vector]:
-    """Continuation of an orbit, and its unknowns."""
-    start = first_half(orbit, problem.axes) or orbit
-    continuation = Continuation(problem, start)
-    return continuation, continuation.unknowns(start)
+def _checked_axis(orbit: Orbit, path: ParameterPath, begin: float, end: float) -> PathAxis:
+    """Axis of an orbit's path between two values; raises InvalidInput."""
+    for value in (begin, end) if path.name in path.names else ():
+        orbit.parameters.replace(**{path.name: value})
+    axis = PathAxis(path, begin, end)
+    axis.check(orbit.parameters, orbit.values)
+    return axis
 
 
 def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> PathAxis:
     """Axis from an orbit on a path to a value of the varied parameter; raises InvalidInput."""
     if not math.isfinite(to):
         raise InvalidInput(path.name, to, "finite")
-    if path.name in path.names:
-        orbit.parameters.replace(**{path.name: to})
-    axis = PathAxis(path, float(path.value(orbit.values)), float(to))
-    if axis.begin == axis.end:
-        raise InvalidInput("to", axis.end, f"other than {axis.begin}, the branch's start")
-    axis.check(orbit.parameters, orbit.values)
-    return axis
-
-
-def _axis_within(
-    orbit: Orbit, parameter: str, ends: Sequence[float], ties: Mapping[str, Function | str] | None
-) -> PathAxis:
-    """Axis of a parameter between ends around an orbit; raises InvalidInput."""
-    path = parameter_path(parameter, ties, orbit.scene)
-    low, high = checked_ends("ends", ends)
-    axis, value = PathAxis(path, low, high), float(path.value(orbit.values))
-    for end in (low, high) if path.name in path.names else ():
-        orbit.parameters.replace(**{path.name: end})
-    axis.check(orbit.parameters, orbit.values)
-    if not low < value < high:
-        raise InvalidInput("ends", (low, high), f"ascending, with {value!r} between them")
-    return axis
+    value = float(path.value(orbit.values))
+    if value == to:
+        raise InvalidInput("to", value, f"other than {value}, the branch's start")
+    return _checked_axis(orbit, path, value, float(to))
 
 
 _DOUBLED_DISTANCES = (1e-3, 3e-3, 1e-2, 3e-4, 1e-4)
@@ -297,8 +283,7 @@ def continue_from(
     ------
     InvalidInput
         For an unknown label, a file of another version, a value that the parameter cannot have, and
-        if no branch leaves in that direction. Also if the stiffness of a stop varies from 0 at a
-        bifurcation of a motion that passes the stop. Otherwise as in `continue_orbit`.
+        if no branch leaves in that direction. Otherwise as in `continue_orbit`.
 
     See Also
     --------
@@ -320,17 +305,13 @@ def continue_from(
     gamma 3.4
     """
     if isinstance(source, Branch):
-        own, point = source.axis.path, source.at(label)
+        own, point = source.axis.path, Origin.of(source.at(label))
         path = chosen_path(own.name, lambda: own, parameter, ties, own.scene)
     else:
         path, point = labelled_point(source, label, parameter, ties)
     axis = axis_from(point.orbit, path, to)
-    scene = point.orbit.scene
-    with computing(points, max_seconds, scene) as (numbers, limit), limit:
-        varies = {path.name, *dict(path.ties)}
-        if any(name in varies for _, name in scene.facts.STOPS) and springless(point.orbit):
-            point = _with_contact(point, label)
-        starts = list(_leaving(Problem(numbers, (axis,)), point))
+    with computing(points, max_seconds, axis) as problem:
+        starts = list(_leaving(problem, point))
         ahead = [start for start in starts if start.state.u[-1] > 0]
         names = [label] if len(ahead) == 1 else [f"{label}.{i + 1}" for i in range(len(ahead))]
         both = zip(ahead, names, strict=True)
@@ -347,19 +328,6 @@ def continue_from(
 def _followed(start: Restart, points: int, origin: str) -> Branch:
     run = BranchRun(start.continuation, points, origin)
     return run.go(start.state.u, start.state.tangent, start.smooth)
-
-
-def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
-    """The point where all stops have stiffness 0, with the itinerary beyond it, in contact."""
-    orbit = None
-    if isinstance(point, BranchPoint):
-        parameters, period_number = point.orbit.parameters, point.orbit.itinerary.period_number
-        state = point.orbit.trajectory()(parameters.period * period_number)
-        orbit = orbit_at(parameters, state.tolist(), period_number)
-    if orbit is None:
-        allowed = "EP1 or EP2 if beta varies from 0, for a motion that passes the stop"
-        raise InvalidInput("label", label, allowed)
-    return BranchPoint(point.value, orbit, tightest(orbit))
 
 
 def period_doubling_cascade(
@@ -416,9 +384,8 @@ def period_doubling_cascade(
     """
     check_count("depth", depth, 0, _DEEPEST)
     found: list[Branch] = []
-    scene = branch.axis.path.scene
-    with computing(points, max_seconds, scene) as (numbers, limit), limit:
-        level, problem = [branch], Problem(numbers, (branch.axis,))
+    with computing(points, max_seconds, branch.axis) as problem:
+        level = [branch]
         for _ in range(depth):
             before = len(found)
             for one in level:
@@ -433,7 +400,7 @@ def _doubled_of(problem: Problem, branch: Branch, points: int) -> Iterator[Branc
     last = branch.bifurcations[-1:] if branch.status is Status.PERIOD_HALVED else ()
     reached: set[str] = set()
     for one in branch.bifurcations:
-        if one.type != PERIOD_DOUBLING or one.label in reached or one in last:
+        if one.type != kinds.PERIOD_DOUBLING or one.label in reached or one in last:
             continue
         start = _doubled(problem, one.orbit)
         origin = f"{branch.origin}/{one.label}".lstrip("/")
@@ -453,26 +420,26 @@ def _doubled_of(problem: Problem, branch: Branch, points: int) -> Iterator[Branc
 def _arrival(new: Branch, branch: Branch) -> Bifurcation | None:
     """Period doubling of a branch at which another branch ends."""
     end = new.bifurcations[-1].orbit
-    doublings = (one for one in branch.bifurcations if one.type == PERIOD_DOUBLING)
+    doublings = (one for one in branch.bifurcations if one.type == kinds.PERIOD_DOUBLING)
     return next((one for one in doublings if same(one.orbit, end)), None)
 
 
-def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Restart]:
+def _leaving(problem: Problem, point: Origin) -> Iterator[Restart]:
     """Admissible states beside a point, on all sides."""
     found = list(_sides(problem, point))
-    if isinstance(point, Bifurcation) and point.type == PERIOD_DOUBLING:
+    if point.type == kinds.PERIOD_DOUBLING:
         found.append(_doubled(problem, point.orbit))
     half = first_half(point.orbit, problem.axes)
-    if isinstance(point, Bifurcation) and point.type == SYMMETRY_BREAKING and half is not None:
+    if point.type == kinds.SYMMETRY_BREAKING and half is not None:
         found += [_doubled(problem, half, side) for side in (1, -1)]
     for start in found:
         if start is not None and not failure_of(start.state):
             yield start._replace(state=start.continuation.symmetric(start.state))
 
 
-def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Restart | None]:
+def _sides(problem: Problem, point: Origin) -> Iterator[Restart | None]:
     """States on both sides of a point, of one itinerary or two; None on a side without a state."""
-    orbit, segment = point.orbit, point.segment if isinstance(point, Bifurcation) else None
+    orbit, segment = point.orbit, point.segment
     if segment is None:
         orbit = first_half(orbit, problem.axes) or orbit
         for side in range(2):
@@ -480,7 +447,7 @@ def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Resta
             u = one.unknowns(orbit)
             start = one.neighbour(u, one.directions(u)[side])
             yield start and start._replace(smooth=())
-        if isinstance(point, Bifurcation) and point.type == HIGHER.type:
+        if point.itinerary_before is not None and point.type == kinds.HIGHER.type:
             for way in (1.0, -1.0):
                 found = Rejoining(problem, point.itinerary_before, orbit, way, 1.0).junction()
                 if found is not None:
@@ -488,7 +455,6 @@ def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Resta
                     u = one.unknowns(found.after)
                     yield Restart(one, one.state(u, way * np.eye(len(u))[-1]))
         return
-    assert isinstance(point, Bifurcation)
     if point.symmetry == KEPT:
         orbit, half_segment = halved_at(orbit, segment) or (orbit, segment)
         segment = segment if half_segment is None else half_segment
@@ -505,7 +471,7 @@ def _doubled(problem: Problem, orbit: Orbit, side: int = 1) -> Restart | None:
     solutions of the doubled equations cross there; on one the halves move apart while the parameter
     is constant to first order.
     """
-    whole, mirrored = doubled(orbit), orbit.itinerary.mirrored
+    whole, mirrored = kinds.doubled(orbit), orbit.itinerary.mirrored
     one = Continuation(problem, whole)
     along = np.append(np.linalg.svd(whole.system.by_z)[2][-1], 0.0) * side
     for distance in _DOUBLED_DISTANCES:
@@ -516,3 +482,136 @@ def _doubled(problem: Problem, orbit: Orbit, side: int = 1) -> Restart | None:
         if halves_apart(state.orbit, distance / 2, mirrored) and not failure_of(state):
             return Restart(one, state)
     return None
+
+
+Range = tuple[float, float]
+Ranges = tuple[Range, Range]
+
+
+def continue_bifurcation(
+    bifurcation: Bifurcation,
+    second: str,
+    ranges: Ranges,
+    *,
+    points: int = 50,
+    max_seconds: float = math.inf,
+) -> Curve:
+    """Curve through a bifurcation in its parameter and a second one, within two ranges.
+
+    The curve is followed in both directions until a parameter leaves its range. No step is longer
+    than 1/`points` of either range. Where another inequality of the itinerary fails, the point is
+    located exactly, and the curve continues in the itinerary beyond.
+
+    Parameters
+    ----------
+    bifurcation : Bifurcation
+        Bifurcation at which the curve starts, as `branch.at("PD1")` gives; dimensionless.
+    second : str
+        Name of the second parameter, other than that of the bifurcation.
+    ranges : pair of pairs of float, ((low, high), (low, high))
+        Ranges of the bifurcation's parameter and of the second one, dimensionless. Each is
+        ascending, within the parameter's own range, and contains the value of the bifurcation.
+    points : int, default 50, 1 to 5,000
+        Least number of steps over each range.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time.
+
+    Returns
+    -------
+    Curve
+        Points in order, codimension-two points, and `endings` with the status and the message of
+        both ends. After `max_seconds` an end has status "time-limit".
+
+    Raises
+    ------
+    InvalidInput
+        For a second parameter that is unknown or is the first. For ranges that are not ascending,
+        exceed the parameters' own, or do not contain the bifurcation. For a symmetry breaking, if
+        the motions do not keep their mirror images on the curve.
+
+    Notes
+    -----
+    One condition is added to the equations of the orbit: a segment of duration 0, or a zero of the
+    test function. The curve is followed by pseudo-arclength. At a codimension-two point two
+    conditions are solved for as one system, with a bound on the rounding error of the solution.
+
+    See Also
+    --------
+    continue_orbit : branch with bifurcations in one parameter.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=0.9)), "alpha", 1.0, points=4)
+    >>> ranges = (0.9, 1.0), (3.2, 3.4)
+    >>> curve = cs.continue_bifurcation(branch.at("AS1"), "gamma", ranges, points=5)
+    >>> print(curve.type, [str(status) for status, _ in curve.endings])
+    adding-sliding ['reached', 'reached']
+    >>> print([round(value, 6) for value in curve.points[0].values])
+    [0.940605, 3.2]
+    """
+    first, orbit = bifurcation.parameter, bifurcation.orbit
+    axes = _curve_axes(orbit, (first, second), ranges)
+    segment, kind = bifurcation.segment, bifurcation.type
+    images = keeps_images(orbit, axes)
+    critical = kind if kind in kinds.SMOOTH else None
+    if kind == kinds.SYMMETRY_BREAKING:
+        critical = kinds.PERIOD_DOUBLING  # of the half
+        if not images:
+            raise InvalidInput("second", second, "one with which motions keep their mirror images")
+    if bifurcation.symmetry == KEPT and images:
+        orbit, segment = halved_at(orbit, segment) or (orbit, segment)
+    ending = OUT_OF_TIME
+    with computing(points, max_seconds, *axes) as problem:
+        try:
+            both = [Continuation(problem, orbit, segment, critical) for _ in range(2)]
+            return _both_halves(kind, orbit, both, points)
+        except Stop as stop:
+            ending = stop.ending, stop.detail
+    return Curve(kind, (first, second), (), (), (ending, ending))
+
+
+def _curve_axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[PathAxis, ...]:
+    """Axes of two parameters with a point within their ranges; raises InvalidInput."""
+    axes = []
+    for name, (low, high) in zip(names, check(orbit.parameters, names, ranges), strict=True):
+        value = float(orbit.value(name))
+        if not low <= value <= high:
+            raise InvalidInput(name, (low, high), f"an ascending range that contains {value!r}")
+        axes.append(PathAxis(ParameterPath(name, scene=orbit.scene), low, high))
+    return tuple(axes)
+
+
+def _both_halves(kind: str, orbit: Orbit, both: Sequence[Continuation], points: int) -> Curve:
+    """Curve of a type through an orbit, both ways: first so that the second parameter decreases."""
+    u = both[0].unknowns(orbit)
+    ways = sorted(both[0].directions(u), key=lambda way: float(way[-1]) > 0)
+    starts = [one.state(u, way) for one, way in zip(both, ways, strict=True)]
+    first, second = (CurveRun(one, kind, points) for one in both)
+    begin = first.go(starts[0])
+    returned = begin[0] is Status.RETURNED
+    end = (Status.RETURNED, "") if returned else second.go(starts[1])
+    return Curve(
+        kind,
+        (both[0].axes[0].name, both[0].axes[1].name),
+        (*first.points[::-1], *second.points[1:]),
+        (*first.codimension_two[::-1], *second.codimension_two),
+        (begin, end),
+    )
+
+
+def check(
+    base: SceneParameters, names: tuple[str, str], ranges: tuple[tuple[float, float], ...]
+) -> list[Range]:
+    """Ranges of two parameters; raises InvalidInput unless both are ascending and allowed."""
+    (first, second), known = names, base.scene.facts.PARAMETERS
+    check_one_of("first", first, known)
+    check_one_of("second", second, [name for name in known if name != first])
+    if not isinstance(ranges, Sequence) or len(ranges) != 2:
+        allowed = f"two ranges, such as ((0.1, 2.0), (3.0, 3.3)) of {first} and {second}"
+        raise InvalidInput("ranges", ranges, allowed)
+    pairs = [checked_ends("ranges", pair) for pair in ranges]
+    for name, pair in zip(names, pairs, strict=True):
+        for edge in pair:
+            base.replace(**{name: edge})
+    return pairs

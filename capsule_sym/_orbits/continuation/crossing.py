@@ -26,6 +26,7 @@ from capsule_sym._orbits.continuation.problem import (
 )
 from capsule_sym._orbits.shooting.admissibility import (
     DURATION,
+    FAR,
     Inequality,
     inequalities,
     pull_rates,
@@ -41,10 +42,16 @@ from capsule_sym._orbits.shooting.changes import (
     zero_segments,
 )
 from capsule_sym._orbits.shooting.equations import Vector
-from capsule_sym._orbits.shooting.itinerary import Itinerary, contact
-from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.orbit import Orbit, evaluated
 from capsule_sym._orbits.shooting.search import newton_orbit, orbit_at
-from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at, symmetric, whole_orbit
+from capsule_sym._orbits.shooting.symmetry import (
+    half_orbit,
+    halved_at,
+    symmetric,
+    touches,
+    whole_orbit,
+)
 from capsule_sym._parameters import SceneParameters
 
 NEIGHBOUR_STEP = 1e-4  # distance from an event, in u, at which its two sides are evaluated
@@ -54,13 +61,9 @@ _PLACES = (0.0, 0.37, 1.0)  # of a range, at which the symmetry of motions is te
 
 def keeps_images(orbit: Orbit, axes: tuple[PathAxis, ...]) -> bool:
     """True if motions have mirror images over the whole range of the axes."""
-    names = orbit.scene.facts.PARAMETERS
-    for axis in axes:
-        for q in _PLACES:
-            values = axis.placed([float(value) for value in orbit.values], q)
-            if not symmetric(orbit.parameters.replace(**dict(zip(names, values, strict=True)))):
-                return False
-    return True
+    values = [float(value) for value in orbit.values]
+    placed = (axis.placed(values, q) for axis in axes for q in _PLACES)
+    return all(symmetric(orbit.scene.Parameters(*one)) for one in placed)
 
 
 def first_half(orbit: Orbit, axes: tuple[PathAxis, ...]) -> Orbit | None:
@@ -69,14 +72,17 @@ def first_half(orbit: Orbit, axes: tuple[PathAxis, ...]) -> Orbit | None:
     None if a varied parameter removes the symmetry, such as a load or the stiffness of one stop.
     """
     varies = {name for axis in axes for name in (axis.name, *dict(axis.path.ties))}
-    scene = orbit.scene
-    stiffnesses = {name for _, name in scene.facts.STOPS}
-    touches = any(contact(field, scene) for field in orbit.itinerary.fields)
-    if varies & stiffnesses and touches and len(scene.facts.STOPS) == 1:
-        return None
-    if not keeps_images(orbit, axes):
-        return None
-    return half_orbit(orbit)
+    (distance, stiffness), *others = orbit.scene.facts.STOPS
+    if touches(orbit.itinerary) and not others:
+        if orbit.value(stiffness) != 0 or stiffness in varies:
+            return None
+        # Without stiffness the stop changes nothing, wherever it is.
+        far, number = orbit.parameters.replace(**{distance: FAR}), orbit.itinerary.period_number
+        plain = orbit_at(far, _strobe(orbit, number).tolist(), number)
+        if plain is None:
+            return None
+        orbit = evaluated(orbit.numbers, orbit.values, plain.itinerary, plain.z)
+    return half_orbit(orbit) if keeps_images(orbit, axes) else None
 
 
 def vanishing(orbit: Orbit, segment: int) -> Event:
@@ -269,31 +275,25 @@ class Rejoining:
         self, problem: Problem, itinerary: Itinerary, orbit: Orbit, way: float, steepness: float
     ) -> None:
         (self.axis,), self.way, self.steepness = problem.axes, way, steepness
-        self.itinerary = itinerary.whole.cyclic
-        self.orbit = whole_orbit(orbit)
-        self.q = float(self.axis.share(self.orbit.values))
+        self.itinerary, self.orbit = itinerary.whole.cyclic, whole_orbit(orbit)
         self.number = self.orbit.itinerary.period_number
         self.state = _strobe(self.orbit, self.number)
 
     def junction(self) -> Junction | None:
         """The nearest change of itinerary and the orbits beside it; None if no orbit is beyond."""
-        here = self.orbit, 0.0
+        before, below, beyond, above = self.orbit, 0.0, list[Orbit](), 0.0
         for gap in _GAPS.tolist():
             found = self._at(gap)
-            if found is not None and not self._same_itinerary(found):
-                return self._between(here, (found, gap))
-            here = here if found is None else (found, gap)
-        return None
-
-    def _between(self, low: tuple[Orbit, float], high: tuple[Orbit, float]) -> Junction | None:
-        """Orbits beside the change of itinerary between two distances, by bisection."""
-        before, (below, above), beyond = low[0], (low[1], high[1]), [high[0]]
-        for _ in range(_HALVINGS):
+            if found is not None and found.itinerary.cyclic != self.itinerary:
+                beyond, above = [found], gap
+                break
+            before, below = (before, below) if found is None else (found, gap)
+        for _ in range(_HALVINGS if beyond else 0):
             gap = (below + above) / 2
             found = self._at(gap)
             if found is None:
                 break
-            if self._same_itinerary(found):
+            if found.itinerary.cyclic == self.itinerary:
                 before, below = found, gap
             else:
                 above = gap
@@ -303,23 +303,18 @@ class Rejoining:
         after = next((one for one in alike if tightest(one).value > 0), None)
         return None if after is None else Junction(before, after)
 
-    def _same_itinerary(self, found: Orbit) -> bool:
-        """True if an orbit has the itinerary of the branch."""
-        return found.itinerary.cyclic == self.itinerary
-
     def _at(self, gap: float) -> Orbit | None:
         """Admissible orbit so far beyond, if it is near.
 
         The map runs from the state of the branch, in the fields that this selects, and Newton's
         method closes the run.
         """
-        q = self.q + self.way * gap
-        values = self.axis.placed([float(value) for value in self.orbit.values], q)
-        names = self.orbit.scene.facts.PARAMETERS
+        values = [float(value) for value in self.orbit.values]
+        q = float(self.axis.share(values)) + self.way * gap
         # Beyond a grazing the orbit changes by the square root of the distance.
         near = (_LEAP * self.steepness * gap + math.sqrt(gap)) * (1 + abs(self.state).max())
         try:
-            parameters = self.orbit.parameters.replace(**dict(zip(names, values, strict=True)))
+            parameters = self.orbit.scene.Parameters(*self.axis.placed(values, q))
             found = _closed(parameters, self.state, self.number) if 0 <= q <= 1 else iter(())
             return next((one for one in found if self._apart(one) < near), None)
         except InvalidInput:  # of parameters, or of a state that Newton's method leads to

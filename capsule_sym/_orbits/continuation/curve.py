@@ -24,14 +24,13 @@ from capsule_sym._orbits.continuation.conditions import (
     evaluate_test_functions,
     has_rotations,
     noise,
-    orbit_at,
 )
 from capsule_sym._orbits.continuation.crossing import Continuation
 from capsule_sym._orbits.continuation.path import LEAST_STEP, PathRun, Step
 from capsule_sym._orbits.continuation.problem import OUT_OF_TIME, Event, SmoothEvent, Spot, Stop
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
+from capsule_sym._orbits.shooting.orbit import Orbit, columns_of, evaluated
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
 _SINGULAR_UNCERTAINTY = 1e-8
@@ -62,14 +61,16 @@ class Curve(Labelled):
     def columns(self) -> dict[str, NDArray[Any]]:
         """Points as columns, arrays of shape (n,).
 
-        The two parameters have their own names. Each point has its line, residual and status, and
-        of its orbit the itinerary, period number, progression, average velocity and start.
+        The two parameters have their own names. Each point has its line, residual and status, the
+        largest modulus of its multipliers, and of its orbit the itinerary, period number,
+        progression, average velocity and start.
         """
         values = np.array([point.values for point in self.points], dtype=float).reshape(-1, 2)
         return {
             self.parameters[0]: values[:, 0],
             self.parameters[1]: values[:, 1],
             "line": np.array([point.line for point in self.points], dtype=np.str_),
+            "largest_multiplier": np.array([abs(one.multipliers[0]) for one in self.points]),
             **columns_of([point.orbit for point in self.points]),
             "residual": np.array([float(point.residual) for point in self.points]),
             "status": np.array([str(point.status) for point in self.points], dtype=np.str_),
@@ -89,12 +90,6 @@ class Curve(Labelled):
     def message(self) -> str:
         """Message of the first irregular end; without one, of the first end."""
         return self._worst[1]
-
-    @property
-    def statistics(self) -> dict[str, Any]:
-        """Number of points, and of all Newton steps."""
-        steps = sum(point.iterations for point in self.points)
-        return {"points": len(self.points), "iterations": steps}
 
     @property
     def _worst(self) -> tuple[Status, str]:
@@ -333,4 +328,4 @@ def _half(orbit: Orbit, own: int) -> tuple[Orbit, int] | None:
     except InvalidInput:
         return None
     z = turned.z[: kinds.DURATIONS + count]
-    return orbit_at(orbit.numbers, orbit.values, once, z), (own - start) % n
+    return evaluated(orbit.numbers, orbit.values, once, z), (own - start) % n

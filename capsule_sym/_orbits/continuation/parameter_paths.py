@@ -136,14 +136,7 @@ class ParameterPath:
             result = result + by_p[:, self.names.index(name)] * slope
         return result
 
-    # A path is a coordinate like an axis, given by its value.
-    share = value
-    width = 1.0
-
-    @property
-    def path(self) -> ParameterPath:
-        """The path itself."""
-        return self
+    share = value  # a path is a coordinate like an axis, given by its value
 
     def by(self, by_p: Matrix, values: Sequence[Number]) -> Vector:
         """Derivative along the path, as `along`; `values` are all parameters at the point."""
@@ -177,7 +170,7 @@ class ParameterPath:
             except (NoNumber, TypeError, ValueError) as error:
                 where = f"arithmetic of {self.name} with a value at {at:g} ({error})"
                 raise InvalidInput("ties", [name for name, _ in self.ties], where) from None
-            base.replace(**dict(zip(self.names, placed, strict=True)))
+            type(base)(*placed)
 
 
 class PathAxis(NamedTuple):

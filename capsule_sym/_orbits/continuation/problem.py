@@ -27,7 +27,6 @@ from capsule_sym._orbits.shooting.admissibility import Inequality, inequalities
 from capsule_sym._orbits.shooting.changes import Exchange, zero_segments
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import Scene
 
 _MOST_STEPS = 5_000  # largest number of steps that a caller may ask for
 _NEWTON_STEPS = 8
@@ -48,15 +47,12 @@ class Stop(Exception):
 
 
 @contextmanager
-def computing(points: int, max_seconds: float, scene: Scene) -> Iterator[tuple[Backend, Watch]]:
-    """Numbers of a continuation, and its time limit; raises InvalidInput for these arguments.
-
-    The limit holds within `with limit:`.
-    """
+def computing(points: int, max_seconds: float, *axes: PathAxis) -> Iterator[Problem]:
+    """Problem of a continuation, until the time limit; raises InvalidInput for these arguments."""
     check_points(points)
     limit = Watch(checked_seconds(max_seconds))
-    with backend("numpy", scene) as numbers, np.errstate(all="ignore"):
-        yield numbers, limit
+    with backend("numpy", axes[0].path.scene) as numbers, np.errstate(all="ignore"), limit:
+        yield Problem(numbers, axes)
 
 
 def check_points(points: int) -> None:

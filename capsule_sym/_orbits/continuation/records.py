@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput, Status, check_one_of
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_json
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
@@ -22,7 +22,6 @@ from capsule_sym._orbits.continuation.bifurcations import (
     sorted_multipliers,
 )
 from capsule_sym._orbits.continuation.branch import Branch, BranchPoint, ends
-from capsule_sym._orbits.continuation.conditions import orbit_at
 from capsule_sym._orbits.continuation.curve import Curve
 from capsule_sym._orbits.continuation.kinds import NormalForm
 from capsule_sym._orbits.continuation.parameter_paths import (
@@ -35,7 +34,7 @@ from capsule_sym._orbits.metrics.performance import performance, shown
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.equations import BY_ANGLE
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.orbit import Orbit, evaluated
 from capsule_sym._parameters import CAPSULE, Scene, SceneDevice
 from capsule_sym._parameters import scene as load_scene
 from capsule_sym._records import add_si, in_si
@@ -48,12 +47,27 @@ _WHAT = "JSON that `branch --out` or `curve --out` wrote"
 _CLOSED = 1e-6  # residual below which a saved orbit is accepted
 
 
+class Origin(NamedTuple):
+    """Point of a branch from which branches start; `type` is empty at a regular point."""
+
+    orbit: Orbit
+    type: str = ""
+    segment: int | None = None
+    symmetry: str = ""
+    itinerary_before: Itinerary | None = None
+
+    @classmethod
+    def of(cls, point: Any) -> Origin:
+        """Origin at a bifurcation, or at another point of a branch."""
+        return cls(**{name: getattr(point, name) for name in cls._fields if hasattr(point, name)})
+
+
 def labelled_point(
     path: Path | str,
     label: str,
     parameter: str | None = None,
     ties: Mapping[str, Function | str] | None = None,
-) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
+) -> tuple[ParameterPath, Origin]:
     """Path of a saved branch (`branch --out`), and its point with this label.
 
     `parameter` and `ties` replace those of the file, which cannot hold ties by Python functions. On
@@ -69,7 +83,7 @@ def labelled_point(
         varying = chosen_path(
             record["parameter"], lambda: _path(record), parameter, ties, _scene(record)
         )
-        return varying, _point(varying, {"scene": varying.scene.source, **named[label]})
+        return varying, _origin(varying.scene, {"scene": varying.scene.source, **named[label]})
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
@@ -149,32 +163,17 @@ def read_branch(path: Path | str) -> Record:
     return record
 
 
-def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
+def _origin(scene: Scene, record: Record) -> Origin:
     if "type" not in record:
-        orbit = _orbit(record)
-        return BranchPoint(record["value"], orbit, tightest(orbit))
-    scene = path.scene
+        return Origin(_orbit(record))
     orbit = _orbit({"scene": scene.source, **record["orbit"]})
     segment, number = record["segment"], orbit.itinerary.period_number
     if segment is not None and not 0 < segment <= len(orbit.itinerary):
         raise ValueError(f"segment {segment} of {len(orbit.itinerary)}")
-    read: dict[str, Callable[[Any], Any]] = {
-        "str": lambda text: text or "",
-        "tuple[str, ...]": tuple,
-        "tuple[float, float]": tuple,
-        "tuple[complex, ...]": lambda pairs: tuple(complex(*pair) for pair in pairs),
-        "Itinerary": lambda names: _itinerary(names, number, scene),
-        "Itinerary | None": lambda names: _itinerary(names, number, scene) if names else None,
-        "Status": Status,
-    }
-    given = {
-        field.name: read.get(str(field.type), lambda value: value)(record[field.name])
-        for field in fields(Bifurcation)
-        if field.name not in ("orbit", "path", "segment")
-    }
     # In the record segments are counted from the start of the cyclic itinerary.
     segment = None if segment is None else segment - 1
-    return Bifurcation(**given, orbit=orbit, path=path, segment=segment)
+    before = _itinerary(record["itinerary_before"], number, scene)
+    return Origin(orbit, record["type"], segment, record["symmetry"] or "", before)
 
 
 def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
@@ -247,12 +246,12 @@ def _orbit(record: Record) -> Orbit:
     z = np.array([*record["state"], angle, *record["durations"]])
     itinerary = _itinerary(record["itinerary"], record["period_number"], scene)
     with backend("numpy", scene) as numbers, np.errstate(all="ignore"):
-        orbit = orbit_at(numbers, values, itinerary, z)
+        orbit = evaluated(numbers, values, itinerary, z)
         edges = [i for i, one in enumerate(itinerary.segments) if one.guard is Guard.EDGE]
         turns = round(orbit.system.residual[edges[0]] / numbers.full_turn) if edges else 0
         if turns:  # at the start, a phase of one period and 0 are the same edge
             z[BY_ANGLE] -= turns * numbers.full_turn
-            orbit = orbit_at(numbers, values, itinerary, z)
+            orbit = evaluated(numbers, values, itinerary, z)
     if not abs(orbit.residual) < _CLOSED:
         raise ValueError("no orbit")
     return orbit
@@ -392,21 +391,17 @@ def _row(record: Mapping[str, Any]) -> dict[str, Any]:
     return row
 
 
-def _sizes(multipliers: Iterable[complex]) -> dict[str, float]:
-    return {f"multiplier_{number}": abs(one) for number, one in enumerate(multipliers, 1)}
+def _table(result: Branch | Curve, **first: Any) -> list[dict[str, Any]]:
+    """Columns of a result as rows of a table, after other cells."""
+    columns = {name: values.tolist() for name, values in result.columns.items()}
+    return [
+        first | dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+    ]
 
 
 def point_rows(branch: Branch) -> list[dict[str, Any]]:
     """Points of a branch as rows of a table."""
-    rows = []
-    for point in branch.points:
-        record = _branch_point(point)
-        row = {"origin": branch.origin, branch.parameter: record.pop("value"), **_row(record)}
-        row |= _sizes(point.multipliers)
-        row |= {"tightest": record["admissibility"]["inequality"]}
-        row |= {"by": record["admissibility"]["value"]}
-        rows.append(row | dict(zip(("x_r", "v_r", "v_c"), record["state"], strict=True)))
-    return rows
+    return _table(branch, origin=branch.origin)
 
 
 def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]]:
@@ -418,13 +413,8 @@ def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]
 
 def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
     """Points of curves as rows of a table."""
-    return [
-        {"curve": number, "type": curve.type}
-        | _row(_curve_point(curve, point))
-        | _sizes(point.multipliers)
-        for number, curve in enumerate(curves, 1)
-        for point in curve.points
-    ]
+    tables = (_table(one, curve=number, type=one.type) for number, one in enumerate(curves, 1))
+    return list(chain.from_iterable(tables))
 
 
 def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:

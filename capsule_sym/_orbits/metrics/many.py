@@ -229,24 +229,7 @@ def multipliers_of(
     """
     found = np.full((len(monodromy), 3), np.nan, complex)
     finite = np.isfinite(monodromy).all(axis=(1, 2))
-    stuck = finite & (np.asarray(sticks) != 0)
-    found[stuck, :2], found[stuck, 2] = _two_of(monodromy[stuck]), 0.0
-    if (slides := finite & ~stuck).any():
-        free = np.linalg.eigvals(monodromy[slides])
-        order = np.argsort(-abs(free), axis=-1, kind="stable")
-        found[slides] = np.take_along_axis(free, order, axis=-1)
+    values = np.linalg.eigvals(monodromy[finite])
+    found[finite] = np.take_along_axis(values, np.argsort(-abs(values), axis=-1, kind="stable"), -1)
+    found[finite & (np.asarray(sticks) != 0), 2] = 0.0
     return found
-
-
-def _two_of(a: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Eigenvalues (n, 2) of singular matrices besides 0: the remaining polynomial is quadratic."""
-    half = (a[:, 0, 0] + a[:, 1, 1] + a[:, 2, 2]) / 2
-    pairs = ((0, 1), (0, 2), (1, 2))
-    minors = sum(a[:, i, i] * a[:, k, k] - a[:, i, k] * a[:, k, i] for i, k in pairs)
-    apart = half * half - minors
-    root = np.sqrt(abs(apart))
-    larger = half + np.copysign(root, half)
-    smaller = np.divide(minors, larger, out=np.zeros_like(half), where=larger != 0)
-    real, turned = np.stack([larger, smaller], axis=1), half + 1j * root
-    both: NDArray[np.complex128] = np.stack([turned, turned.conj()], axis=1)
-    return np.where((apart < 0)[:, None], both, real)

@@ -22,6 +22,7 @@ import numpy as np
 
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.result import brief
+from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms, chained
 from capsule_sym._orbits.shooting.equations import (
@@ -293,24 +294,19 @@ def _mpmath_nodes() -> tuple[Vector, Vector]:
     return nodes, weights
 
 
-class _Place(NamedTuple):
-    """Candidate for the largest force: its size, the segment, and the time since its start.
-
-    A time None is the segment's end.
-    """
-
-    size: Number
-    flow: SegmentFlow
-    time: Number | None
-
-
 def _peak(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> tuple[Number, Vector]:
     """Largest |P| along an orbit, or force of a stop's spring, and its derivatives (n + 11,)."""
-    place = max(_places(forms, orbit, quantity), key=lambda found: found.size, default=None)
-    if place is None:  # no segment is in contact
+    _, flow, time = max(
+        _places(forms, orbit, quantity), key=lambda one: one[0], default=3 * (None,)
+    )
+    if flow is None:  # no segment is in contact
         return forms.numbers.number(0), 0 * orbit.system.advance_by
-    x_r, v_r, by = _state(forms, place)
-    c = place.flow.c
+    c, x_r, v_r, by = flow.c, flow.end[0], flow.end[1], flow.end_by
+    if time is not None:
+        (position, v_r, *_), matrix = forms.run(flow.segment.field, c, flow.closed, time)
+        rows = matrix[:STATES].copy()
+        rows[:, BY_TIME] = 0 * rows[:, BY_TIME]  # the force is stationary in the time
+        x_r, by = flow.closed.x_r + position, flow.total(rows)
     gap = x_r - c.own_stop()
     if quantity is Quantity.FORCE:
         force, row = c.force(x_r, gap, v_r), c.force_gradient(gap, v_r)
@@ -321,36 +317,61 @@ def _peak(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> tuple[Number,
     return side * force, side * chained(row, by)
 
 
-def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:
-    """Ends and extrema of all segments; of the gap only for segments in contact."""
+def _places(
+    forms: ClosedForms, orbit: Orbit, quantity: Quantity
+) -> Iterator[tuple[tuple[Number, Number], SegmentFlow, Number | None]]:
+    """Ends, at the time None, and extrema of all segments, with what they are compared by.
+
+    Of the gap only those of segments in contact; without stiffness the longest contact counts.
+    """
     for flow in orbit.system.flows:
         c, (x_r, v_r, _) = flow.c, flow.end
         gap = x_r - c.own_stop()
-        if quantity is Quantity.FORCE:
-            yield _Place(abs(c.force(x_r, gap, v_r)), flow, None)
-        elif c.contact:
-            yield _Place(_size(forms, c, gap), flow, None)
-        else:
-            continue
-        for _, time, value in extrema(forms.numbers, flow, quantity, {}):
-            size = abs(value) if quantity is Quantity.FORCE else _size(forms, c, value)
-            yield _Place(size, flow, time)
+        end = c.force(x_r, gap, v_r) if quantity is Quantity.FORCE else gap
+        if quantity is Quantity.FORCE or c.contact:
+            found = extrema(forms.numbers, flow, quantity, {})
+            for time, value in ((None, end), *((one.time, one.value) for one in found)):
+                force = value if quantity is Quantity.FORCE else c.force(0, value, 0)
+                yield (abs(force), abs(value)), flow, time
 
 
-def _size(forms: ClosedForms, c: Any, gap: Number) -> Number:
-    """Measure by which contacts are compared: the gap, with two stops the force."""
-    return gap if len(forms.scene.facts.STOPS) == 1 else abs(c.force(0, gap, 0))
+def drive_work(run: Trajectory) -> float:
+    """Work of the drive over a run, dimensionless, by quadrature."""
+    omega, origin = run.parameters.omega, run.span[0]
+    records, parts = run.records, list[tuple[Vector, Vector]]()
+    with backend("numpy", run.scene) as numbers:
+        forms = ClosedForms(numbers, [*run.parameters.to_dict().values()])
+        constants = [forms.constants(field) for field in records["field"].tolist()]
+        for c, h in zip(constants, records["duration"].tolist(), strict=True):
+            fractions, weights = panels(numbers, c, h)
+            parts.append((fractions * h, weights * h))
+        counts = [len(times) for times, _ in parts]
+        begins = np.append(0.0, np.cumsum(records["duration"]))[:-1]
+        after = np.concatenate([times for times, _ in parts])
+        times = np.minimum(origin + np.repeat(begins, counts) + after, run.span[1])
+        _, v_r, v_c = run(times).T
+        cosine = np.cos(np.repeat(records["start_angle"], counts) + omega * after)
+        power, ends = np.empty_like(times), np.cumsum(counts)
+        for c, first, last in zip(constants, ends - counts, ends, strict=True):
+            power[first:last] = c.drive_power(cosine[first:last], v_r[first:last], v_c[first:last])
+    return float(power @ np.concatenate([weights for _, weights in parts]))
 
 
-def _state(forms: ClosedForms, place: _Place) -> tuple[Number, Number, Matrix]:
-    """x_r and v_r at a place, and their total derivatives (3, n + 11) at a time in the segment.
+def drive_force(run: Trajectory, times: Vector) -> Vector:
+    """Force of the drive on the mass at times of a run, (n,), dimensionless.
 
-    At an interior extremum the time may be held fixed, since the force is stationary in it.
+    Where a pulse rises or falls it is the force after the edge.
     """
-    flow = place.flow
-    if place.time is None:
-        return flow.end[0], flow.end[1], flow.end_by
-    (position, v_r, *_), matrix = forms.run(flow.segment.field, flow.c, flow.closed, place.time)
-    rows = matrix[:STATES].copy()
-    rows[:, BY_TIME] = 0 * rows[:, BY_TIME]
-    return flow.closed.x_r + position, v_r, flow.total(rows)
+    omega, records = run.parameters.omega, run.records
+    begins = run.span[0] + np.append(0.0, np.cumsum(records["duration"]))[:-1]
+    index = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
+    fields, found = records["field"][index], np.empty_like(times)
+    with backend("numpy", run.scene) as numbers:
+        forms = ClosedForms(numbers, [*run.parameters.to_dict().values()])
+        for field in np.unique(fields).tolist():
+            these = fields == field
+            # Equal to the power at velocity 1 of the mass.
+            found[these] = forms.constants(field).drive_power(
+                np.cos(omega * times[these]), 1.0, 0.0
+            )
+    return found

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Sequence
-from itertools import groupby
 from typing import NamedTuple
 
 from capsule_sym._map import Trajectory, simulate
@@ -13,9 +12,8 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._map.result import by_fields
 from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
 from capsule_sym._orbits.shooting.extrema import extrema, minima
-from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, field_of, level
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import Scene
 from capsule_sym.generated.interface import Quantity
 
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
@@ -23,6 +21,7 @@ EDGE, BEFORE_END = "edge", "before end"
 KINKS = (Guard.EDGE, Guard.GAP, Guard.BACK)
 """Guards beyond which other forces act."""
 _ROUNDINGS = 32  # in a duration, of the longest one; in a landing's margin, of the friction
+FAR = 1e9  # distance of a stop that no motion reaches
 _NEAR = 1e-5  # share of a segment within which a minimum counts as that at its end
 
 
@@ -265,9 +264,7 @@ def is_admissible(orbit: Orbit) -> bool:
     >>> far.success, cs.orbits.is_admissible(far)
     (True, False)
     """
-    scene, fields = orbit.scene, tuple(segment.field for segment in rerun(orbit).segments)
-    if stiffless(orbit) and not any(contact(field, scene) for field in orbit.itinerary.fields):
-        fields = tuple(field for field, _ in groupby(parted(scene, field) for field in fields))
+    fields = tuple(segment.field for segment in rerun(orbit).segments)
     expected = orbit.itinerary.rotated(_longest(orbit)).fields
     if len(expected) == 1:
         return fields == expected
@@ -276,22 +273,18 @@ def is_admissible(orbit: Orbit) -> bool:
     return len(fields) > len(expected) and fields[: len(cycle)] == cycle[: len(fields)]
 
 
-def stiffless(orbit: Orbit) -> bool:
-    """True if no stop's spring has stiffness, so that contact changes nothing."""
-    return all(orbit.value(stiffness) == 0 for _, stiffness in orbit.scene.facts.STOPS)
-
-
-def parted(scene: Scene, field: int) -> int:
-    """Field without contact, of the same drift and level."""
-    return field_of(scene, 0, drift(field, scene), level(field, scene))
-
-
 def rerun(orbit: Orbit) -> Trajectory:
     """Run of the certified map over the orbit's periods and one more.
 
-    It starts in the middle of the longest segment, away from all guards.
+    It starts in the middle of the longest segment, away from all guards. Stops without stiffness
+    change nothing: an orbit without contact may pass them, which are then out of reach.
     """
-    parameters = orbit.parameters
+    parameters, scene = orbit.parameters, orbit.scene
+    touches = any(contact(field, scene) for field in orbit.itinerary.fields)
+    if not touches and not any(
+        getattr(parameters, stiffness) for _, stiffness in scene.facts.STOPS
+    ):
+        parameters = parameters.replace(**{distance: FAR for distance, _ in scene.facts.STOPS})
     state, angle = middle(orbit, orbit.system.flows[_longest(orbit)])
     phase = min(angle / parameters.omega, math.nextafter(parameters.period, 0.0))
     return simulate(parameters, state, phase, orbit.itinerary.period_number + 1)

@@ -242,13 +242,19 @@ def _stretch(
             break  # shorter stretches would hardly resolve it
         reach = reach / _SHRINK
     # Rounding hides the rate here; it may resolve further on.
-    step = least
-    while step < ahead:
+    return ahead * 0, *_resolved(rate, rounding, least, ahead, unit)
+
+
+def _resolved(
+    rate: Expansion, rounding: Number, step: Number, most: Number, unit: Number
+) -> tuple[Number, int]:
+    """Length from `step` on after which a rate exceeds its rounding, and its sign; 0 if none."""
+    while step < most:
         for sign in (1, -1):
             if positive_at(_raised(_signed(rate, sign), -rounding), step, unit):
-                return ahead * 0, step, sign
+                return step, sign
         step = _SHRINK * step
-    return ahead * 0, ahead, 0
+    return most, 0
 
 
 def _further(
@@ -260,13 +266,9 @@ def _further(
     length until it is resolved, or over which it is proved to be hidden.
     """
     zero = least * 0
-    if not sign:
-        step = _SHRINK * least
-        while step < most:
-            for way in (1, -1):
-                if positive_at(_raised(_signed(rate, way), -rounding), step, unit):
-                    return zero, step, way
-            step = _SHRINK * step
+    step, way = _resolved(rate, rounding, _SHRINK * least, most, unit)
+    if not sign and way:
+        return zero, step, way
     hidden = [_raised(e, rounding) for e in (rate, _signed(rate, -1))]
     proved, reach = [rate] if sign else hidden, most
     while reach > least:

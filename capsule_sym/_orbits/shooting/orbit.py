@@ -24,6 +24,7 @@ from capsule_sym._orbits.shooting.equations import (
     ShootingSystem,
     Vector,
     of_core,
+    shooting,
     solve,
     touched,
 )
@@ -118,11 +119,6 @@ class Orbit(Ended, Labelled):
         return solved if self.success else "the residual of the equations is not small"
 
     @property
-    def statistics(self) -> dict[str, Any]:
-        """Number of Newton steps, and largest entry of the final residual."""
-        return {"iterations": self.iterations, "residual": float(self.residual)}
-
-    @property
     def durations(self) -> Vector:
         """Duration of each segment, shape (n,)."""
         return self.z[4:]
@@ -192,6 +188,10 @@ class NoOrbit(Orbit):
     the message.
     """
 
+    scene: Scene = CAPSULE
+    message: str = ""
+    residual: Number = float("inf")
+
     def __init__(
         self,
         status: Status,
@@ -202,10 +202,15 @@ class NoOrbit(Orbit):
         iterations: int = 0,
         scene: Scene | None = None,
     ) -> None:
-        given = {"status": status, "itinerary": itinerary, "values": values}
-        own = scene or (CAPSULE if itinerary is None else itinerary.scene)
         self.__dict__.update(
-            given, backend="numpy", iterations=iterations, _why=(message, residual), _scene=own
+            status=status,
+            message=message,
+            itinerary=itinerary,
+            values=values,
+            residual=residual,
+            iterations=iterations,
+            backend="numpy",
+            scene=scene or (CAPSULE if itinerary is None else itinerary.scene),
         )
 
     def __repr__(self) -> str:
@@ -216,20 +221,11 @@ class NoOrbit(Orbit):
             raise AttributeError(name)
         raise AttributeError(f"there is no orbit, and so no {name}: {self.message}")
 
-    @property
-    def scene(self) -> Scene:
-        """Scene of the parameters."""
-        return self._scene  # type: ignore[no-any-return]
 
-    @property
-    def message(self) -> str:
-        """Reason why there is no orbit."""
-        return str(self._why[0])
-
-    @property
-    def residual(self) -> Number:
-        """Largest entry of the equations' final residual."""
-        return self._why[1]
+def evaluated(numbers: Backend, values: Sequence[Number], itinerary: Itinerary, z: Vector) -> Orbit:
+    """Orbit with these unknowns, which need not be a solution, in the numbers of a backend."""
+    system = shooting(numbers, values, itinerary, z)
+    return Orbit(tuple(values), itinerary, z, system, numbers.name)
 
 
 def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:

@@ -10,30 +10,30 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput, Status, counted
+from capsule_sym._errors import Ended, InvalidInput, Status, counted
 from capsule_sym._map import Segment, Trajectory, simulate
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.drift import dragged
+from capsule_sym._map.many import spread
 from capsule_sym._map.result import brief
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.admissibility import is_admissible, rerun, tightest
-from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, jacobian
 from capsule_sym._orbits.shooting.symmetry import primitive, same
 from capsule_sym._parameters import SceneParameters
 
 _BLOCK = 64  # excitation periods before the first test for a periodic motion
-_LATEST = 16  # number of last segments that give the size of the motion
 _NEAR = 0.1  # largest distance of an orbit from its guess, over the motion's size
 _NEWTON_STEPS = 30
 _CLOSED = 1e-6  # change over the orbit's periods below which the itinerary is read from the run
 _REPEATED = 1e-7  # change over a turn below which a run has settled
 _ARRIVED = 1e-6  # distance, over the motion's size, below which a run is on its orbit
-_SLACK = 10  # factor by which a run may be further from an orbit than the multipliers predict
+_CLOSER = 1e-3  # share of its distance from an orbit to which a run should decay
+_FURTHER = 4096  # largest number of excitation periods to test that a run converges
 _MOST_STARTS, _LONGEST_SOUGHT = 10**6, 1024
-_BLOCKS = 64  # number of blocks for which a slowly converging run is followed
 _MOST_NAMED = 3  # largest number of itineraries in a message
 
 
@@ -94,42 +94,38 @@ def solve_orbit(
     >>> print(f"{orbit.progression:.6f}")  # per excitation period
     0.801161
     """
-    length, refused = 0, list[_Refused]()
-
-    def none(status: Status, message: str) -> NoOrbit:
-        given = _values(parameters), float("inf")
-        return NoOrbit(status, message, None, *given, scene=parameters.scene)
-
+    length, refused, begin = 0, list[_Refused](), f"from {tuple(state)} at phase {phase}"
+    status, why = Status.NOT_PERIODIC, ""
     check_count("periods", periods)
     with Watch(checked_seconds(max_seconds)):
         while length < periods:
             length = min(2 * length or _BLOCK, periods)
             # Always from the start: a chaotic transient would differ after a restart.
             trajectory = simulate(parameters, state, phase, length)
-            if (why := dragged(parameters)) or not trajectory.success:
-                return none(Status.NOT_PERIODIC, why or trajectory.message)
-            refused = []
+            refused, why = (
+                [],
+                dragged(parameters) or ("" if trajectory.success else trajectory.message),
+            )
+            if why:
+                break
             for ending in endings(trajectory):
                 found = _accepted(trajectory, ending)
                 if found.success:
                     return found
                 refused.append(_Refused(ending, found))
-        repeated = [one.why for one in refused if one.ending.change < _REPEATED]
-        # The run may repeat, although its equations have no such solution.
-        return (
-            repeated[0]
-            if repeated
-            else none(
-                Status.NOT_PERIODIC,
-                f"the run from {tuple(state)} at phase {phase} has not settled within {periods} "
-                f"excitation periods on a motion of at most {LONGEST}; {_tried(refused)}",
-            )
+        for one in refused:
+            # The run may repeat, although its equations have no such solution.
+            if one.ending.change < _REPEATED and one.why.status is not Status.NOT_PERIODIC:
+                return one.why
+        why = why or (
+            f"the run {begin} has not settled within {periods} excitation periods on a motion of "
+            f"at most {LONGEST}; {_tried(refused)}"
         )
-    return none(
-        Status.TIME_LIMIT,
-        f"time limit reached in {length} excitation periods from {tuple(state)} at phase {phase}; "
-        f"{_tried(refused)}",
-    )
+    if not why:
+        status = Status.TIME_LIMIT
+        why = f"time limit reached in {length} excitation periods {begin}; {_tried(refused)}"
+    values = tuple(parameters.to_dict().values())
+    return NoOrbit(status, why, None, values, float("inf"), scene=parameters.scene)
 
 
 class LastPeriod(NamedTuple):
@@ -190,16 +186,12 @@ def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
     def distance(run: Trajectory) -> float:
         return float(abs(marks - np.array(run.final[1], dtype=float)).max(axis=1).min())
 
-    first = now = distance(trajectory)
-    for block in range(_BLOCKS):
-        if now <= _ARRIVED * size:
-            return True
-        if now > _SLACK * first * largest ** (block * _BLOCK / period_number):
-            return False
-        state = [float(value) for value in trajectory.final[1]]
-        trajectory = simulate(trajectory.parameters, state, periods=_BLOCK)
-        now = distance(trajectory)
-    return now < first
+    first = distance(trajectory)
+    if first <= _ARRIVED * size:
+        return True
+    periods = math.ceil(math.log(_CLOSER) / math.log(max(largest, _CLOSER))) * period_number
+    state = [float(value) for value in trajectory.final[1]]
+    return distance(simulate(trajectory.parameters, state, periods=min(periods, _FURTHER))) < first
 
 
 def _tested(found: Orbit) -> Orbit:
@@ -214,46 +206,21 @@ def _tested(found: Orbit) -> Orbit:
 
 
 def endings(trajectory: Trajectory) -> Iterator[LastPeriod]:
-    """The last 1, 2, ... excitation periods of a run that repeat those before.
+    """Itineraries over 1, 2, ... excitation periods after a run that nearly repeats over so many.
 
-    They repeat if the fields are equal and the states close. Segments may be longer than a period.
-    Stick without end comes first, if the run ends with more than a period of it.
+    A motion that repeats after one turn also repeats after several: a longer period is accepted
+    only if it repeats better than each of its divisors.
     """
-    p = trajectory.parameters
-    period, scene = p.period, p.scene
-    last, marks = trajectory.segments[-1], np.array(trajectory.stroboscopic[-2:], dtype=float)
-    if drift(last.field, scene) == 0 and not last.target and float(last.duration) > period:
-        change = float(abs(marks[-1] - marks[0]).max()) if len(marks) > 1 else float("inf")
-        yield LastPeriod(
-            Itinerary.of((last.field,), scene=scene), [*marks[-1].tolist(), 0.0, period], change
-        )
-    # Segments of the largest number of periods to test, and as many before.
-    count, earliest = 1, last.start.period - LONGEST
-    while count < len(trajectory.segments) and trajectory.segments[-count].start.period >= earliest:
-        count += 1
-    segments = [s for s in trajectory.segments[-2 * count :] if s.target]
-    if not segments:
-        return
-    times = np.array([s.start.period * period + float(s.start.phase) for s in segments])
-    starts = np.array([s.start_state for s in segments], dtype=float)
-    end = times[-1] + float(segments[-1].duration)
-    size, seen = abs(starts[-_LATEST:]).max(), dict[int, float]()
-    for period_number in range(1, LONGEST + 1):
-        # Switch that is nearest to this number of periods before the last one.
-        first = int(np.argmin(abs(end - period_number * period - times)))
-        chosen = segments[first:]
-        fields = [s.field for s in segments[max(0, 2 * first - len(segments)) :]]
-        change = abs(starts[first] - np.array(chosen[-1].end_state, dtype=float)).max()
-        late = abs(end - period_number * period - times[first])
-        if fields != 2 * fields[-len(chosen) :] or max(change / size, late / period) > _NEAR:
+    marks = np.array(trajectory.stroboscopic[-LONGEST - 1 :], dtype=float)
+    size, seen = abs(marks).max() or 1.0, dict[int, float]()
+    for number in range(1, len(marks)):
+        change = float(abs(marks[-1] - marks[-1 - number]).max() / size)
+        if change > _NEAR or any(not number % one and change >= seen[one] for one in seen):
             continue
-        # A motion that repeats after one turn also repeats after several: a longer period is
-        # accepted only if it repeats better than each of its divisors.
-        if any(not period_number % one and change >= other for one, other in seen.items()):
-            continue
-        seen[period_number] = change
-        if (guess := _guess(chosen, period_number, p)) is not None:
-            yield LastPeriod(*guess, change / size)
+        seen[number] = change
+        further = simulate(trajectory.parameters, marks[-1].tolist(), periods=number)
+        if (guess := _one_period(further, number)) is not None:
+            yield LastPeriod(*guess, change)
 
 
 def _guess(
@@ -372,7 +339,7 @@ def search_orbits(
     return FoundOrbits(found, done, starts)
 
 
-class FoundOrbits(tuple[Orbit, ...]):
+class FoundOrbits(Ended, tuple[Orbit, ...]):
     """Orbits in the order of their period numbers, and the number of searched starts."""
 
     searched: int
@@ -390,12 +357,7 @@ class FoundOrbits(tuple[Orbit, ...]):
     @property
     def status(self) -> Status:
         """FINISHED if all starts were searched, else TIME_LIMIT."""
-        return Status.FINISHED if self.success else Status.TIME_LIMIT
-
-    @property
-    def success(self) -> bool:
-        """True if all starts were searched."""
-        return self.searched == self.starts
+        return Status.FINISHED if self.searched == self.starts else Status.TIME_LIMIT
 
     @property
     def message(self) -> str:
@@ -410,11 +372,8 @@ class FoundOrbits(tuple[Orbit, ...]):
 
 def _checked_box(box: Sequence[float]) -> NDArray[np.float64]:
     """Bounds of states; raises InvalidInput unless they are three finite numbers >= 0."""
-    try:
-        bounds = np.array([float(one) for one in box])
-    except (TypeError, ValueError):
-        bounds = np.zeros(0)
-    if bounds.shape != (3,) or not np.all(np.isfinite(bounds)) or np.any(bounds < 0):
+    bounds = spread("box", box, (3,))
+    if not np.all(np.isfinite(bounds)) or np.any(bounds < 0):
         raise InvalidInput("box", box, "three bounds of |x_r|, |v_r|, |v_c|, finite and >= 0")
     return bounds
 
@@ -528,7 +487,3 @@ def _one_period(run: Trajectory, period_number: int) -> tuple[Itinerary, list[fl
 def _near(orbit: Orbit, guess: Sequence[float]) -> bool:
     states = np.array([flow.start for flow in orbit.system.flows])
     return bool(abs(orbit.z[:3] - guess[:3]).max() <= _NEAR * abs(states).max())
-
-
-def _values(parameters: SceneParameters) -> tuple[float, ...]:
-    return tuple(parameters.to_dict().values())

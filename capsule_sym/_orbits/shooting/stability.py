@@ -11,34 +11,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import chain, pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Segment, Trajectory
-from capsule_sym._map.backend import Backend, Number, backend
-from capsule_sym._map.expansion import Guard, pulsed
+from capsule_sym._map.backend import Number, backend
+from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import Matrix, ShootingSystem, Vector
-from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
+from capsule_sym._orbits.shooting.equations import Matrix, Vector
+from capsule_sym._orbits.shooting.itinerary import drift
 
 Constants = Any  # of a segment's closed form, by the kernels of a scene
-
-
-class OrbitLike(Protocol):
-    """Properties of an orbit that stability uses."""
-
-    @property
-    def itinerary(self) -> Itinerary: ...
-    @property
-    def values(self) -> tuple[Number, ...]: ...
-    @property
-    def system(self) -> ShootingSystem: ...
-    @property
-    def numbers(self) -> Backend: ...
+OrbitLike = Any  # an Orbit, whose module imports this one
 
 
 def field(c: Any, state: Sequence[Number] | Vector, cosine: Number) -> Vector:
@@ -147,7 +135,7 @@ def monodromy_matrix(orbit: OrbitLike) -> Matrix:
      0.000000  0.000000  0.000000
     """
     if orbit.system.monodromy is not None:
-        return orbit.system.monodromy
+        return orbit.system.monodromy  # type: ignore[no-any-return]
     return _product(orbit, 0)
 
 
@@ -244,12 +232,12 @@ def jacobian(trajectory: Trajectory) -> NDArray[np.float64]:
     -0.099720 -0.041980 -0.092403
     """
     product = np.eye(3)
-    for matrix, _ in _matrices(trajectory, trajectory.segments):
+    for matrix in _matrices(trajectory):
         product = matrix @ product
     return product
 
 
-@np.errstate(under="ignore")
+@np.errstate(divide="ignore", under="ignore")
 def lyapunov_exponents(trajectory: Trajectory, transient: int = 0) -> NDArray[np.float64]:
     """The three Lyapunov exponents along a trajectory, per unit of time.
 
@@ -298,7 +286,8 @@ def lyapunov_exponents(trajectory: Trajectory, transient: int = 0) -> NDArray[np
     if not 0 <= transient < ends.period + (ends.phase > 0):
         raise InvalidInput("transient", transient, "from 0 to below the periods of the run")
     first = int(np.searchsorted(trajectory.records["start_period"], transient))
-    frame, sums, time = np.eye(3), np.zeros(3), 0.0
+    # A tangent, the normal of a plane, and logarithms of the growth of both and of the volume.
+    (tangent, _, normal), logs, time = np.eye(3), np.zeros(3), 0.0
     with backend("numpy", trajectory.parameters.scene) as numbers:
         forms = ClosedForms(numbers, list(trajectory.parameters.to_dict().values()))
         for segment, following in pairwise(
@@ -309,109 +298,65 @@ def lyapunov_exponents(trajectory: Trajectory, transient: int = 0) -> NDArray[np
             lasting = min(float(segment.duration), left)
             if lasting <= 0:
                 continue
-            c = forms.constants(segment.field)
-            sums[2] = sums[2] if c.drift else -math.inf
-            decay = -c.slow if c.q < 0 else c.sigma
-            pieces = math.ceil(lasting * max(omega / math.tau, decay / _MOST_DECAY))
-            responses = _free_responses(numbers, c, lasting / pieces)
-            for _ in range(pieces):
-                check_time()
-                frame, grown = _carried(c, lasting / pieces, *responses, frame)
-                sums += grown
-                time += lasting / pieces
-            if (matrix := landing(forms, segment, following)) is not None:
-                frame, grown = _across(matrix, frame)
-                sums += grown
-    return np.sort(sums / time)[::-1]
+            time += lasting
+            sigma = forms.constants(segment.field).sigma
+            sticks = not drift(segment.field, forms.scene)
+            logs[2] += -math.inf if sticks else -2 * sigma * lasting
+            for matrix, h in flows(forms, segment.field, lasting):
+                tangent, grown = _carried(matrix, tangent)
+                # The contraction of the plane, which no difference of products resolves, is known.
+                cofactors = _cofactors(matrix)
+                cofactors[2, 2] = math.exp(-2 * sigma * h)
+                normal, turned = (normal, -2 * sigma * h) if sticks else _carried(cofactors, normal)
+                logs[:2] += grown, turned
+            if (switch := landing(forms, segment, following)) is not None:
+                tangent, grown = _carried(switch, tangent)
+                normal, turned = _carried(_cofactors(switch), normal)
+                logs += grown, turned, np.log(abs(switch[2, 2]))
+    return np.sort(np.diff(logs, prepend=0.0) / time)[::-1]
 
 
-_MOST_DECAY = 300.0
+_MOST_DECAY = 3.0
 """Exponents of a piece of a segment by which its slowest free motion may decay."""
 
 
-def _free_responses(numbers: Backend, c: Any, h: float) -> tuple[float, float]:
-    """Response functions G and Gd of the free motion, without a relative error of small values."""
-    free = c._replace(push=0.0, drift=0, **({} if pulsed(c) else {"alpha": 0.0}))
-    start = numbers.kernels.Start(0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0)
-    G, Gd = numbers.kernels.flow(free, start, h)
-    return float(G), float(Gd)
+def _cofactors(matrix: Matrix) -> Matrix:
+    return np.cross(matrix[[1, 2, 0]], matrix[[2, 0, 1]])
 
 
-def _carried(
-    c: Any, h: float, G: float, Gd: float, frame: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Orthonormal frame after a flow, and the logarithms of its growth.
-
-    The first vector is carried by the flow, the normal of the first two by the flow's cofactors,
-    and the determinant is e^(-2 sigma h). No entry of these cancels, however strongly and
-    differently directions contract.
-    """
-    a, b, d, e = Gd + 2 * c.sigma * G, G, -c.K * G, Gd
-    total = -2 * c.sigma * h
-    if not c.drift:
-        first = np.array([[a, b], [d, e]]) @ frame[:2, 0]
-        size = math.hypot(*first)
-        x, v = first / size
-        grown = math.log(size)
-        return np.array([[x, -v, 0.0], [v, x, 0.0], [0.0, 0.0, 1.0]]), np.array(
-            [grown, total - grown, 0.0]
-        )
-    # In drift (gamma + 1) v_c + v_r is constant but for the forces.
-    share, whole = 1 / (c.gamma + 1), math.exp(total)
-    flow = np.array([[a, b, 0.0], [d, e, 0.0], [-d * share, (1 - e) * share, 1.0]])
-    cofactors = np.array([[e, -d, d * share], [-b, a, (whole - a) * share], [0.0, 0.0, whole]])
-    first, normal = flow @ frame[:, 0], cofactors @ frame[:, 2]
-    sizes = np.linalg.norm(first), np.linalg.norm(normal)
-    first, normal = first / sizes[0], normal / sizes[1]
-    normal = normal - (first @ normal) * first
-    one, two = np.log(sizes)
-    return np.column_stack([first, np.cross(normal, first), normal]), np.array(
-        [one, two - one, total - two]
-    )
+def _carried(matrix: Matrix, vector: Vector) -> tuple[Vector, float]:
+    """Direction of a vector carried by a matrix, and the logarithm of its growth."""
+    carried = matrix @ vector
+    size = np.linalg.norm(carried)
+    return carried / size, math.log(size)
 
 
-def _across(
-    matrix: NDArray[np.float64], frame: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Orthonormal frame after a landing, and the logarithms of its growth; -inf if it sticks."""
-    basis, triangle = np.linalg.qr(matrix @ frame)
-    sizes = abs(np.diag(triangle))
-    if not matrix[2].any():
-        basis, triangle = np.linalg.qr(matrix[:2] @ frame)
-        basis = np.block([[basis, np.zeros((2, 1))], [np.zeros((1, 2)), 1.0]])
-        sizes = np.append(abs(np.diag(triangle)), 0)
-    grown = np.array([math.log(size) if size else -math.inf for size in sizes])
-    return basis, grown
-
-
-def _matrices(
-    trajectory: Trajectory, segments: Sequence[Segment]
-) -> Iterator[tuple[NDArray[np.float64], float]]:
-    """Jacobians and saltation matrices along segments, each with its duration."""
+def _matrices(trajectory: Trajectory) -> Iterator[Matrix]:
+    """Jacobians and saltation matrices along a run."""
     with backend("numpy", trajectory.parameters.scene) as numbers:
         forms = ClosedForms(numbers, list(trajectory.parameters.to_dict().values()))
-        for segment, following in pairwise(chain(segments, (None,))):
+        for segment, following in pairwise(chain(trajectory.segments, (None,))):
             assert segment is not None
-            yield from flows(forms, segment)
-            if (matrix := landing(forms, segment, following)) is not None:
-                yield matrix, 0.0
+            for matrix, _ in flows(forms, segment.field, float(segment.duration)):
+                yield matrix
+            if (switch := landing(forms, segment, following)) is not None:
+                yield switch
 
 
-def flows(forms: ClosedForms, segment: Segment) -> Iterator[tuple[NDArray[np.float64], float]]:
-    """Jacobians (3, 3) over pieces of a segment no longer than a period, and their durations."""
-    c, duration = forms.constants(segment.field), float(segment.duration)
-    pieces = math.ceil(duration * c.omega / forms.numbers.full_turn) or 1
+def flows(forms: ClosedForms, field: int, duration: float) -> Iterator[tuple[Matrix, float]]:
+    """Jacobians (3, 3) over short pieces of a segment, and their durations."""
+    c = forms.constants(field)
+    decay = -c.slow if c.q < 0 else c.sigma
+    pieces = math.ceil(duration * max(c.omega / math.tau, decay / _MOST_DECAY)) or 1
     # A segment's flow is affine in the state: its Jacobian does not depend on the start.
     start = forms.numbers.kernels.Start(0.0, -c.own_stop(), 0.0, 0.0, 0.0, 1.0, 0.0)
-    matrix = forms.run(segment.field, c, start, duration / pieces)[1][:3, :3]
+    matrix = forms.run(field, c, start, duration / pieces)[1][:3, :3]
     for _ in range(pieces):
         check_time()
         yield matrix, duration / pieces
 
 
-def landing(
-    forms: ClosedForms, segment: Segment, following: Segment | None
-) -> NDArray[np.float64] | None:
+def landing(forms: ClosedForms, segment: Segment, following: Segment | None) -> Matrix | None:
     """Saltation matrix (3, 3) at the end of a segment; None where it is the identity."""
     if following is None:
         return None

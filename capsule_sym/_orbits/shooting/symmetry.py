@@ -20,8 +20,6 @@ from math import gcd
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.admissibility import inequalities, parted, stiffless
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.equations import Vector, shooting
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, mirror
@@ -33,15 +31,7 @@ _SAME = 1e-7  # states of an orbit found twice differ by less
 _SAMPLES = 16
 
 
-def springless(orbit: Orbit) -> bool:
-    """True if an itinerary without contact passes a stop, which needs a stiffness of 0."""
-    if not stiffless(orbit) or _touches(orbit.itinerary):
-        return False
-    held = inequalities(orbit.numbers, orbit.itinerary, orbit.system)
-    return any(one.guard in (Guard.GAP, Guard.BACK) and one.value < 0 for one in held)
-
-
-def _touches(itinerary: Itinerary) -> bool:
+def touches(itinerary: Itinerary) -> bool:
     """True if a segment is in contact."""
     return any(contact(field, itinerary.scene) for field in itinerary.fields)
 
@@ -141,8 +131,7 @@ def whole_orbit(orbit: Orbit) -> Orbit:
 def half_orbit(orbit: Orbit) -> Orbit | None:
     """First half of an orbit that is its own mirror image, None for any other.
 
-    The equations of the half have each event once, where the whole orbit has it twice. If the only
-    stop has stiffness 0, the half is given in the fields without contact.
+    The equations of the half have each event once, where the whole orbit has it twice.
 
     Parameters
     ----------
@@ -153,8 +142,8 @@ def half_orbit(orbit: Orbit) -> Orbit | None:
     -------
     Orbit or None
         The first half, whose `itinerary.mirrored` is True. None if the orbit is not its own image,
-        or touches a single stop that exerts a force. It is also None if the parameters are not
-        symmetric, or if the equations of the half are not solved.
+        or touches a single stop. It is also None if the parameters are not symmetric, or if the
+        equations of the half are not solved.
 
     See Also
     --------
@@ -176,14 +165,10 @@ def half_orbit(orbit: Orbit) -> Orbit | None:
     >>> print(cs.orbits.half_orbit(cs.solve_orbit(cs.Parameters(alpha=0.9))))
     None
     """
-    plain = _without_contact(orbit)
-    if plain is None:
+    half, _ = halved_at(orbit, None) or (None, None)
+    if half is None:
         return None
-    itinerary = half_itinerary(plain.itinerary)
-    if itinerary is None or not symmetric(orbit.parameters) or not mirror_image(orbit):
-        return None
-    half = _first_half(plain, itinerary, plain.z)
-    found = solve_itinerary(half.values, itinerary, list(half.z), backend=half.backend)
+    found = solve_itinerary(half.values, half.itinerary, list(half.z), backend=half.backend)
     return found if found.success else None
 
 
@@ -196,21 +181,17 @@ def halved_at(orbit: Orbit, segment: int | None) -> tuple[Orbit, int | None] | N
     if segment is not None and segment >= n:
         turned = rotated(orbit.numbers, orbit.itinerary, z, orbit.system, n)
         z, itinerary = turned.z, replace(itinerary, segments=turned.itinerary.segments[:n])
-    return _first_half(orbit, itinerary, z), None if segment is None else segment % n
-
-
-def _first_half(orbit: Orbit, itinerary: Itinerary, z: Vector) -> Orbit:
-    z = z[: 4 + len(itinerary)].copy()
+    z = z[: 4 + n].copy()
     if len(orbit.itinerary) == 1:
         z[4] = z[4] / 2
-    return _evaluated(orbit, itinerary, z)
+    return _evaluated(orbit, itinerary, z), None if segment is None else segment % n
 
 
 def half_itinerary(itinerary: Itinerary) -> Itinerary | None:
     """Itinerary of the first half; None if the second half is not its mirror image."""
     n = len(itinerary) // 2
     scene, alone = itinerary.scene, len(itinerary.scene.facts.STOPS) == 1
-    if itinerary.period_number % 2 == 0 or (alone and _touches(itinerary)):
+    if itinerary.period_number % 2 == 0 or (alone and touches(itinerary)):
         return None
     if len(itinerary) == 1:
         return replace(itinerary, mirrored=True)
@@ -218,34 +199,6 @@ def half_itinerary(itinerary: Itinerary) -> Itinerary | None:
     if 2 * n < len(itinerary) or itinerary.fields[n:] != images:
         return None
     return replace(itinerary, segments=itinerary.segments[:n], mirrored=True)
-
-
-def _without_contact(orbit: Orbit) -> Orbit | None:
-    """Orbit in fields without contact; None if a single stop exerts a force."""
-    itinerary = orbit.itinerary
-    if len(orbit.scene.facts.STOPS) > 1 or not _touches(itinerary):
-        return orbit
-    if not stiffless(orbit):
-        return None
-    switches = [
-        i for i in range(len(itinerary)) if itinerary.segments[i - 1].guard is not Guard.GAP
-    ]
-    if not switches:
-        state = orbit.trajectory()(orbit.parameters.period * itinerary.period_number)
-        z = [*map(float, state), 0.0, itinerary.period_number * orbit.parameters.period]
-        resting = Itinerary.of((2,), itinerary.period_number, scene=orbit.scene)
-        found = solve_itinerary(orbit.values, resting, z, backend=orbit.backend)
-        return found if found.success else None
-    turned = rotated(orbit.numbers, itinerary, orbit.z, orbit.system, switches[0])
-    segments, fields, durations = turned.itinerary.segments, list[int](), list[float]()
-    for i, h in enumerate(turned.z[4:]):
-        if segments[i - 1].guard is Guard.GAP:
-            durations[-1] += h
-        else:
-            fields.append(parted(orbit.scene, segments[i].field))
-            durations.append(h)
-    plain = Itinerary.of(fields, itinerary.period_number, scene=orbit.scene)
-    return _evaluated(orbit, plain, np.array([*turned.z[:4], *durations]))
 
 
 def _evaluated(orbit: Orbit, itinerary: Itinerary, z: Vector) -> Orbit:
