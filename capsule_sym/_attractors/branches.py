@@ -109,15 +109,8 @@ class AttractorBranch:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Branch as plain values."""
-        of = self.columns
-        names = "period_number", "progression", "largest_multiplier"
-        return {
-            **record(self, "number values counts fractions intervals"),
-            "itineraries": of["itinerary"].tolist(),
-            **{f"{name}s": of[name].tolist() for name in names},
-            **record(self, "birth death"),
-        }
+        """Branch as plain values: its columns, birth and death."""
+        return plain(self.columns) | record(self, "birth death")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from capsule_sym._arrays import Vector
-from capsule_sym._attractors.boundary import Basin
 from capsule_sym._attractors.smallest import ACCURACY, KnockSearch
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map import Trajectory, simulate
@@ -120,7 +119,6 @@ def minimal_shock(
     *,
     weights: Sequence[float] = (1.0, 1.0, 1.0),
     largest: float | None = None,
-    others: Sequence[Orbit] = (),
     periods: int | None = None,
     samples: int = 10_000,
     seed: int = 0,
@@ -152,8 +150,6 @@ def minimal_shock(
     largest : float, optional, finite and above 0
         Largest size that is tried, dimensionless. The default is 4 times 1 + the largest size of
         x_r, v_r and v_c on the motion, times the least weight.
-    others : sequence of Orbit, default ()
-        Known attractors at the same parameters. Missing ones are found during the search.
     periods : int, optional, 64 to 1,000,000
         Excitation periods within which a motion has to return. The default is 1024 plus the time in
         which the motion attracts by e^20.
@@ -176,7 +172,7 @@ def minimal_shock(
     Raises
     ------
     InvalidInput
-        For a value outside its range, an orbit that is not stable, and others at other parameters.
+        For a value outside its range, and an orbit that is not stable.
 
     See Also
     --------
@@ -205,28 +201,23 @@ def minimal_shock(
     units = _units(weights)
     if largest is not None and not (is_real(largest) and 0 < largest < math.inf):
         raise InvalidInput("largest", largest, "a finite number > 0")
-    watch, basin, beyond = Watch(checked_seconds(max_seconds)), Basin(orbit, others, periods), None
-    search = KnockSearch(basin, units, largest, samples, seed, progress)
+    search, beyond = KnockSearch(orbit, units, largest, periods, seed), None
+    with Watch(checked_seconds(max_seconds)):
+        search.run(samples, progress or (lambda said: None))
     found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
-    with watch:
-        search.run()
-        if search.best is not None:
-            (time,), (state,) = search.starts(search.best[None])
-            given = state.tolist(), float(np.mod(time, basin.period)), basin.periods
-            settled = solve_orbit(orbit.parameters, *given)
-            beyond = settled if settled.success else None
     if search.best is not None:
-        times, (state,) = search.starts(search.best[None])
-        (start,) = basin.state(times)
-        found = {"knock": state - start, "phase": float(times[0]), "start": start}
+        (time,), (start,), (state,) = search.starts(search.best[None])
+        found = {"knock": state - start, "phase": float(time), "start": start}
+        settled = solve_orbit(orbit.parameters, state, time % search.period, search.periods)
+        beyond = settled if settled.success else None
     return Shock(
-        orbit=basin.orbit,
+        orbit=search.orbit,
         weights=tuple(weights),
         size=search.radius,
         attractor=beyond,
         tried=search.tried,
         status=search.status,
-        message=_message(search, beyond),
+        message=_message(search, samples, beyond),
         **found,
     )
 
@@ -243,7 +234,7 @@ def _units(weights: Sequence[float]) -> Vector:
     return np.diag(1 / given)[:, np.isfinite(given)]
 
 
-def _message(search: KnockSearch, attractor: Orbit | None) -> str:
+def _message(search: KnockSearch, samples: int, attractor: Orbit | None) -> str:
     """Status of a search, as a sentence."""
     tried = counted(search.tried, "knock")
     if search.status is Status.NOT_LOST:
@@ -253,8 +244,8 @@ def _message(search: KnockSearch, attractor: Orbit | None) -> str:
     if search.status is Status.TIME_LIMIT:
         return f"time limit reached: smallest of {tried} so far"
     where = "to another motion" if attractor is not None else "to no periodic motion"
-    before = counted(search.tried - search.samples, "knock was", "knocks were")
+    before = counted(search.tried - samples, "knock was", "knocks were")
     return (
         f"beyond the boundary runs lead {where}; {before} tried to find it, then "
-        f"{counted(search.samples, 'smaller one')}, after which the motion returned"
+        f"{counted(samples, 'smaller one')}, after which the motion returned"
     )

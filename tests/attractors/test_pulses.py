@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import quad
 
 import capsule_sym as cs
-from capsule_sym._attractors import pulses
-from capsule_sym._attractors.pulse_search import intervals
+from capsule_sym._attractors.pulse import PulseWindow
+from capsule_sym._attractors.pulses import PulseSearch
 from capsule_sym._cli import main
 from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.work import drive_force, drive_work
@@ -64,26 +64,28 @@ def reversal() -> Pulse:
     return cs.switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH))
 
 
-class Line:
+class Line(PulseSearch):
     """Attractors by the value of a pulse: 1 in some ranges, 0 below 0.6, 2 above."""
 
     def __init__(self, *ranges):
         self.ranges = ranges
 
-    def reached(self, values, periods, begins):
+    def reached(self, window, values):
         leads = [any(low <= one <= high for low, high in self.ranges) for one in values]
         return np.where(leads, 1, np.where(values < 0.6, 0, 2)).astype(np.int16)
+
+    def intervals(self, count):
+        return [(one.low, one.high) for one in self.parts(PulseWindow(1, 0, 0.0, 1.0), count)]
 
 
 def test_intervals_are_those_of_the_line_also_narrow_ones_between_two_basins():
     line = Line((0.33, 0.53), (0.6, 0.60001), (0.8, 0.9))
-    found = intervals(line, 1, 0, 0.0, 1.0, 40)
-    assert np.array(found) == pytest.approx(
+    assert np.array(line.intervals(40)) == pytest.approx(
         np.array([(0.33, 0.53), (0.6, 0.60001), (0.8, 0.9)]), abs=2e-9
     )
-    few = intervals(Line((0.6, 0.60001)), 1, 0, 0.0, 1.0, 3)
+    few = Line((0.6, 0.60001)).intervals(3)
     assert few == [] or few[0][1] - few[0][0] <= 1e-5
-    assert intervals(Line((2.0, 3.0)), 1, 0, 0.0, 1.0, 9) == []
+    assert Line((2.0, 3.0)).intervals(9) == []
 
 
 def test_a_pulse_reverses_the_direction_as_the_map_itself_does(reversal) -> None:
@@ -214,15 +216,15 @@ def test_a_search_that_is_out_of_time_says_so(monkeypatch) -> None:
 
 
 def test_an_interrupted_search_keeps_the_pulse_it_has(monkeypatch) -> None:
-    confirmed, asked = pulses.intervals, []
+    parts, asked = PulseSearch.parts, []
 
     def interrupt(*given):
         asked.append(given)
         if len(asked) == 2:  # the first window is to be confirmed
             monkeypatch.setattr(Watch, "interrupted", True)
-        return confirmed(*given)
+        return parts(*given)
 
-    monkeypatch.setattr(pulses, "intervals", interrupt)
+    monkeypatch.setattr(PulseSearch, "parts", interrupt)
     ends = motions(BOTH_WAYS, BACK, FORTH)
     found = cs.switch_by_pulse(*ends, most_periods=2, values=200, max_seconds=1e6)
     assert (found.status, found.success, found.periods) == ("time-limit", False, 1)
@@ -273,8 +275,8 @@ def test_columns_follow_the_motion_through_the_pulse(reversal) -> None:
         ({"over": {"delta": (0.0, 1.0)}}, "over"),
         ({"over": {"alpha": (0.0, 1.0), "omega": (0.3, 0.5)}}, "over"),
         ({"over": {"alpha": (1.0, 0.5)}}, "bounds of alpha"),
-        ({"over": {"alpha": (-1.0, 0.5)}}, "bounds of alpha"),
-        ({"over": {"omega": (0.0, 0.5)}}, "bounds of omega"),
+        ({"over": {"alpha": (-1.0, 0.5)}}, "alpha"),
+        ({"over": {"omega": (0.0, 0.5)}}, "omega"),
         ({"values": 2}, "values"),
         ({"base": cs.Parameters()}, "base"),
         ({"max_seconds": 0}, "max_seconds"),
@@ -291,7 +293,7 @@ def test_orbits_that_are_one_or_elsewhere_are_refused(reversal) -> None:
     with pytest.raises(cs.InvalidInput, match="another orbit than the start"):
         cs.switch_by_pulse(reversal.start, again)
     (other,) = motions(cs.Parameters(), (0.0, 0.0, 0.0))
-    with pytest.raises(cs.InvalidInput, match="at the parameters of the start"):
+    with pytest.raises(cs.InvalidInput, match="at the same parameters"):
         cs.switch_by_pulse(reversal.start, other)
     with pytest.raises(cs.InvalidInput, match="an Orbit, as solve_orbit"):
         cs.switch_by_pulse(reversal.start, None)  # type: ignore[arg-type]
