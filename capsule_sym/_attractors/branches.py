@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
@@ -21,7 +20,7 @@ from capsule_sym._map.steady import shown_progression
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import Scene, SceneParameters
+from capsule_sym._parameters import SceneParameters
 
 
 class Change(NamedTuple):
@@ -42,10 +41,7 @@ class Change(NamedTuple):
 
     def to_dict(self) -> dict[str, Any]:
         """Change as plain values."""
-        found = self.bifurcation
-        about = {} if found is None else {"line": found.line, "uncertainty": found.uncertainty}
-        told = record(self, "value type interval") | about | {"message": self.message}
-        return told | ({"value": None} if math.isnan(self.value) else {})
+        return record(self, "value type interval message")
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,11 +149,6 @@ class ContinuedAttractors(Result, Labelled):
         if self.status is not Status.FINISHED:
             text += "; time limit reached, or interrupted, before the end"
         return text
-
-    @property
-    def scene(self) -> Scene:
-        """Scene of the parameters."""
-        return self.base.scene
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:

@@ -199,18 +199,18 @@ class KnownOrbits(Runs):
         """
         found: list[Cycle | None] = [None] * len(states)
         good, marks = self._marks(self.rows, states, 0.0, 2 * LONGEST)
-        ends, waits = marks[:, -1], dict[int, list[tuple[int, Cycle]]]()
-        for k, cycle in enumerate(self.closed(good, ends, _changes(marks)[1], _WITHIN)):
-            if cycle is not None:
-                wait = math.log(0.01) / math.log(min(max(cycle.multiplier, 0.01), 1 - NEUTRAL))
-                waits.setdefault(math.ceil(math.log2(wait)), []).append((k, cycle))
-        for power in (one for one in waits if one <= 15):
-            chosen = [k for k, _ in waits[power]]
+        ends = marks[:, -1]
+        cycles = self.closed(good, ends, _changes(marks)[1], _WITHIN)
+        rates = np.clip([one.multiplier if one else 1.0 for one in cycles], 0.01, 1 - NEUTRAL)
+        waits = np.ceil(np.log2(math.log(0.01) / np.log(rates)))
+        for power in np.unique(waits[waits <= 15]).astype(int).tolist():
+            chosen = np.flatnonzero(waits == power)
             run = self.run(self.rows[good[chosen]], ends[chosen], 0.0, 2**power)
-            for (k, cycle), state in zip(waits[power], run.states, strict=True):
-                before, now = cycle.distance(np.array([ends[k], state]))
-                if now <= max(before / 10, _SAME * (1 + abs(cycle.states).max())):
-                    found[int(good[k])] = cycle
+            for k, state in zip(chosen.tolist(), run.states, strict=True):
+                if (cycle := cycles[k]) is not None:
+                    before, now = cycle.distance(np.array([ends[k], state]))
+                    if now <= max(before / 10, _SAME * (1 + abs(cycle.states).max())):
+                        found[int(good[k])] = cycle
         return found
 
     def closed(

@@ -18,7 +18,7 @@ from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields, record
 from capsule_sym._orbits.metrics.work import drive_force, drive_work
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import Scene, SceneDevice, SceneParameters
+from capsule_sym._parameters import SceneDevice, SceneParameters
 from capsule_sym._systems import System, dimensionless
 
 _BEFORE, _AFTER = 2, 4  # excitation periods shown before the pulse, and after its transient
@@ -78,11 +78,6 @@ class Pulse(Result, Labelled):
             return brief(self, str(self.status))
         drive = f"of {self.parameter} = {self.value:.6g}"
         return brief(self, f"{counted(self.periods, 'period')}, {self.status}", drive)
-
-    @property
-    def scene(self) -> Scene:
-        """Scene of the system."""
-        return self.system.scene
 
     @property
     def drives(self) -> tuple[SceneParameters, SceneParameters]:

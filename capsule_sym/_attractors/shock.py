@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 
 from capsule_sym._arrays import Vector
+from capsule_sym._attractors.attractor import orbit_record
 from capsule_sym._attractors.smallest import ACCURACY, KnockSearch
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
-from capsule_sym._map.result import Result, brief, plain, record
+from capsule_sym._map.evaluation import real
+from capsule_sym._map.result import Result, brief
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
-from capsule_sym._parameters import Scene
 
 _SAMPLES = 100, 10_000_000  # final knocks: enough to say something; some hours
 _LONGEST = 64, 1_000_000  # excitation periods within which a run has to return
@@ -59,15 +60,10 @@ class Shock(Result):
     """Status as a sentence."""
     accuracy: float = ACCURACY
     """Relative accuracy of the size."""
-    _recorded = "size accuracy phase tried"
+    _recorded = "size accuracy phase tried weights"
 
     def __repr__(self) -> str:
         return brief(self, str(self.status), f"of size {self.size:.6g}")
-
-    @property
-    def scene(self) -> Scene:
-        """Scene of the motion."""
-        return self.orbit.scene
 
     @property
     def state(self) -> Vector | None:
@@ -93,25 +89,13 @@ class Shock(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""
-        found = super().to_dict() | {"parameters": self.orbit.parameters.to_dict()}
-        found["weights"] = [one if one < math.inf else None for one in self.weights]
-        for key in ("knock", "start", "state"):
-            state = getattr(self, key)
-            names = () if state is None else self.scene.facts.STATE
-            found[key] = dict(zip(names, plain(state) or (), strict=True)) or None
-        orbits = {"motion": self.orbit, "attractor": self.attractor}
-        for key, orbit in orbits.items():
-            found[key] = None if orbit is None else _orbit_record(orbit)
-        return {**self.scene.entry, **found}
-
-
-def _orbit_record(orbit: Orbit) -> dict[str, Any]:
-    return {
-        "itinerary": [f"F{field}" for field in orbit.itinerary.whole.fields],
-        "period_number": orbit.itinerary.period_number,
-        "progression": float(orbit.progression),
-        **record(orbit, "multipliers"),
-    }
+        scene, orbits = self.orbit.scene, {"motion": self.orbit, "attractor": self.attractor}
+        found = {**scene.entry, **super().to_dict(), "parameters": self.orbit.parameters.to_dict()}
+        for name in ("knock", "start", "state"):
+            state = getattr(self, name)
+            values = [] if state is None else zip(scene.facts.STATE, state.tolist(), strict=True)
+            found[name] = dict(values) or None
+        return found | {name: orbit and orbit_record(orbit) for name, orbit in orbits.items()}
 
 
 def minimal_shock(
@@ -224,12 +208,9 @@ def minimal_shock(
 
 def _units(weights: Sequence[float]) -> Vector:
     """Knocks of size 1 along each allowed component, shape (3, m)."""
-    try:
-        given = np.array([float(one) for one in weights])
-    except (TypeError, ValueError):
-        given = np.zeros(0)
+    allowed = "three numbers > 0, inf for a component without a knock, not all inf"
+    given = real("weights", weights, allowed)
     if given.shape != (3,) or not (given > 0).all() or np.isinf(given).all():
-        allowed = "three numbers > 0, inf for a component without a knock, not all inf"
         raise InvalidInput("weights", weights, allowed)
     return np.diag(1 / given)[:, np.isfinite(given)]
 
