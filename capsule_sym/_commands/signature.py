@@ -28,6 +28,7 @@ _OPTIONS = {
     "metric": "maximise minimise quantity",
     "metrics": "metric",
     "start": "state",
+    "end": "to between",
     "starts": "state",
     "most_periods": "max_periods",
     "threads": "workers",

@@ -331,10 +331,9 @@ def test_the_command_writes_what_it_finds(call, tmp_path, reversal) -> None:
 
 
 @pytest.mark.long
-def test_the_command_takes_numbers_of_attractors_or_the_other_way(call) -> None:
+def test_the_command_takes_numbers_of_attractors(call) -> None:
     box = "--x-r -2:2 --v-r -2:2"
-    shown = {call(f"--state 0.5 -0.9 -0.9 {box} --reverse")[1], call(f"{box} --between 0 1")[1]}
-    shown |= {call(f"{box} --between 1 0")[1]}
+    shown = {call(f"{box} --between 0 1")[1], call(f"{box} --between 1 0")[1]}
     assert len(shown) == 2
     assert all("found: the pulse leads to the other attractor" in text for text in shown)
 
@@ -346,7 +345,7 @@ def test_the_command_takes_numbers_of_attractors_or_the_other_way(call) -> None:
         ("--to 0.4 0.9 0.1 --max-periods 0", "1<=x<=1000"),
         ("--to 0.4 0.9 0.1 --over delta=0:1", "bounds of one of alpha, omega"),
         ("--x-r -2:2 --between 0 9", "--between"),
-        ("--reverse", "a range of starts"),
+        ("--between 0 1", "a range of starts"),
         ("", "--to X_R V_R V_C"),
     ],
 )
@@ -355,13 +354,6 @@ def test_the_command_refuses_in_one_line(call, line, said) -> None:
     assert (status, out) == (2, "")
     assert said in err[-1]
     assert len(err) == 1
-
-
-def test_without_a_motion_the_other_way_the_json_says_so(call) -> None:
-    status, out, err = call("--alpha 0.7 --omega 0.8 --x-r -1:1 --v-r -1:-0.9 --reverse --json")
-    told = json.loads(out)
-    assert (status, told["success"], told["status"]) == (3, False, "no-attractor")
-    assert err == [told["message"]]
 
 
 def test_a_pulse_that_was_not_found_has_no_picture() -> None:
