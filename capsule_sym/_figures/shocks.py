@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._errors import InvalidInput
@@ -16,7 +15,6 @@ from capsule_sym._figures.layout import across, add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import SERIES, STABLE, describe, styled
 from capsule_sym._figures.units import Units
-from capsule_sym._map import Trajectory
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import SceneDevice
@@ -24,7 +22,7 @@ from capsule_sym._parameters import SceneDevice
 if TYPE_CHECKING:
     from capsule_sym._attractors.shock import Shock
 
-_POINTS = 400  # of a curve, an excitation period
+_POINTS = 4000  # of a closed curve
 
 
 @styled
@@ -92,7 +90,9 @@ def plot_shock(
     ]
     for orbit, looks in shown:
         if orbit is not None:
-            left.plot(*(_states(whole_orbit(orbit).trajectory()) * scales).T, **looks)
+            run = whole_orbit(orbit).trajectory()
+            states = run(np.linspace(*run.span, _POINTS))[:, :2]
+            left.plot(*(states * scales).T, **looks)
     begin, end = (state[:2] * scales for state in (shock.start, shock.state))
     left.annotate("", end, begin, arrowprops={"arrowstyle": "->", "linewidth": 1.4}, zorder=5)
     left.plot(*end, "o", color="black", markersize=3.5, zorder=6, label="minimal shock")
@@ -110,11 +110,3 @@ def plot_shock(
     if axes is None:
         add_key(figure, handles_of((left, right)))
     return describe(figure, "Minimal shock of a motion", parameters=shock.orbit.parameters)
-
-
-def _states(run: Trajectory) -> NDArray[np.float64]:
-    """Displacements and velocities of the mass along a run, (n, 2)."""
-    begin, end = run.span
-    count = int(_POINTS * (end - begin) / run.parameters.period) + 2
-    states: NDArray[np.float64] = run(np.linspace(begin, end, count))
-    return states[:, :2]
