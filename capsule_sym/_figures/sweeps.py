@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
@@ -153,19 +153,10 @@ def _draw_areas(axes: Axes, results: xr.Dataset, names: Any, areas: Sequence[_Ar
     """Fill the cells of each area; a large one has its number where it has most room."""
     (x, x_label, _), (y, y_label, _) = (_axis(results, str(name)) for name in names)
     shown = [area for area in areas if area.colour and area.cells.any()]
-    place = np.full((len(x), len(y)), -1)
-    for k, area in enumerate(shown):
-        place[area.cells] = k
-    axes.pcolormesh(
-        x,
-        y,
-        np.ma.masked_less(place, 0).T,
-        cmap=ListedColormap([area.colour for area in shown] or ["white"]),
-        vmin=-0.5,
-        vmax=max(len(shown), 1) - 0.5,
-        shading="nearest",
-        rasterized=True,
-    )
+    cells = np.ones((len(x), len(y), 4))
+    for area in shown:
+        cells[area.cells] = to_rgba(area.colour)
+    axes.pcolormesh(x, y, cells.swapaxes(0, 1), shading="nearest", rasterized=True)
     for area in shown:
         depth = distance_transform_cdt(np.pad(area.cells, 1), "taxicab")[1:-1, 1:-1]
         deepest = np.argwhere(depth == depth.max())
@@ -308,6 +299,7 @@ def _itinerary(results: xr.Dataset, code: int) -> str:
 METRICS = (*METRIC_UNITS, "lift", "lyapunov")
 """Metrics of a motion that are drawn over parameters."""
 _EXTENDED = "neither", "min", "max", "both"
+_NO_VALUE = "not settled, infinite, or no result"
 
 
 @styled
@@ -382,7 +374,6 @@ def plot_metric(
     alone = axes is None
     figure, axes = axes_for(axes, width, (0.62 if values.ndim == 2 else 0.5) * width)
     shown = np.ma.masked_invalid(values.values * factor)
-    missing = shown.mask & np.ones(shown.shape, dtype=bool)
     axes.set_xlabel(sides[0][1])
     if values.ndim == 1:
         axes.plot(sides[0][0], shown, ".", color=STABLE)
@@ -401,10 +392,7 @@ def plot_metric(
         for curve in curves:
             draw_curve(axes, curve, *map(str, values.dims))
     if alone and values.ndim == 2:
-        (late, said), infinite = unsettled(results), np.isinf(values.values)
-        reasons = {said: late & missing, "infinite": infinite, NO_RESULT: ~(late | infinite)}
-        told = " or ".join(one for one, cells in reasons.items() if np.any(cells & missing))
-        grey = [Patch(facecolor=NOT_SETTLED, label=told)] * bool(told)
+        grey = [Patch(facecolor=NOT_SETTLED, label=_NO_VALUE)] * bool(shown.mask.any())
         add_key(figure, handles_of([axes]) + grey)
     return describe(figure, f"{label} over parameters", metric=metric)
 
