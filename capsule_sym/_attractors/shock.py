@@ -224,9 +224,6 @@ def _message(search: KnockSearch, samples: int, attractor: Orbit | None) -> str:
         return "time limit reached before a knock was found that loses the motion"
     if search.status is Status.TIME_LIMIT:
         return f"time limit reached: smallest of {tried} so far"
-    where = "to another motion" if attractor is not None else "to no periodic motion"
-    before = counted(search.tried - samples, "knock was", "knocks were")
-    return (
-        f"beyond the boundary runs lead {where}; {before} tried to find it, then "
-        f"{counted(samples, 'smaller one')}, after which the motion returned"
-    )
+    where = "another motion" if attractor is not None else "no periodic motion"
+    smaller = counted(samples, "smaller knock")
+    return f"runs beyond it lead to {where}; the motion returns after {smaller}"

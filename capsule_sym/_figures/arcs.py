@@ -45,11 +45,6 @@ class Arc:
         """Coordinates (x_r, v_r, v_c) of the state space."""
         return self.x_r, self.v_r, self.v_c
 
-    @property
-    def stick(self) -> bool:
-        """True if the capsule is at rest, as in F2 and F5 of the paper's scene."""
-        return bool(self.scene.facts.FIELDS[self.field][1] == 0)
-
 
 def arcs(motion: Motion, periods: int) -> list[Arc]:
     """Arcs of the last excitation periods of a run, the first one cut at the start of its period.

@@ -242,7 +242,8 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")
     codes = results["attractor"].values
     known = [int(code) for code in np.unique(codes[codes >= 0])]
-    texts = [_itinerary(results, code) for code in known]
+    found = results["attractor"].attrs["attractors"]
+    texts = [str(found[code]["itinerary"]) for code in known]
     late, said = unsettled(results)
     late, alone = late & (codes < 0), axes is None
     figure, axes = axes_for(axes, width, 0.62 * width)
@@ -284,16 +285,6 @@ def _axis(results: xr.Dataset, name: str) -> tuple[NDArray[np.float64], str, flo
         return values, named(name), 1.0
     factor, unit = prefixed(attributes["si_scale"], attributes["si_units"])
     return values * factor, f"{LABELS.get(name, name).partition(' $')[0]} ({unit})", factor
-
-
-def _itinerary(results: xr.Dataset, code: int) -> str:
-    """Itinerary of an attractor."""
-    known = [one["itinerary"] for one in results["attractor"].attrs.get("attractors", ())]
-    if code < len(known):
-        return str(known[code])
-    cells = results["attractor"].values == code
-    code = int(results["itinerary"].values[cells].flat[0])
-    return itineraries.texts(results).get(code, "")
 
 
 METRICS = (*METRIC_UNITS, "lift", "lyapunov")

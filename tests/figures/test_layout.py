@@ -31,12 +31,13 @@ def swept() -> xr.Dataset:
     itineraries = np.where(np.arange(24)[:, None] + np.zeros(16) < 11, 11, 22)
     itineraries[20:, 12:] = -1
     flags = {"flag_values": list(CODES), "flag_meanings": " ".join(CODES.values())}
+    known = {"attractors": [{"itinerary": CODES[11].replace("_", " "), "fraction": 0.5}]}
     over = {"alpha": np.linspace(0, 2, 24), "gamma": np.linspace(1, 3, 16)}
     cells = {name: (tuple(over), np.ones((24, 16))) for name in ("velocity", "work")}
     return xr.Dataset(
         {
             "itinerary": (tuple(over), itineraries, flags),
-            "attractor": (tuple(over), np.where(itineraries == 11, 0, -1)),
+            "attractor": (tuple(over), np.where(itineraries == 11, 0, -1), known),
             **cells,
         },
         coords=over,
