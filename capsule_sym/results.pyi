@@ -3,10 +3,8 @@
 from capsule_sym._attractors.attractor import Attractor as Attractor
 from capsule_sym._attractors.attractor import Attractors as Attractors
 from capsule_sym._attractors.branches import AttractorBranch as AttractorBranch
-from capsule_sym._attractors.branches import Change as Change
 from capsule_sym._attractors.branches import ContinuedAttractors as ContinuedAttractors
 from capsule_sym._attractors.pulse import Pulse as Pulse
-from capsule_sym._attractors.pulse import PulseWindow as PulseWindow
 from capsule_sym._attractors.shock import Shock as Shock
 from capsule_sym._check.switch_check import SwitchCheck as SwitchCheck
 from capsule_sym._design.fit_result import Fit as Fit

@@ -48,7 +48,10 @@ class Change(NamedTuple):
 class AttractorBranch:
     """One attractor along the parameter, at neighbouring values; dimensionless.
 
-    `birth` is None if it exists at the first value, `death` if it exists at the last.
+    `birth` is None if it exists at the first value, `death` if it exists at the last. Both are
+    named tuples. `interval` has the values of the parameter between which it is. `bifurcation` is
+    that of the branch, with its `value` and `type`; if none was located it is None, `value` is nan,
+    and `message` gives the reason.
     """
 
     number: int

@@ -95,7 +95,7 @@ def continue_attractors(
     See Also
     --------
     attractors : attractors at one set of parameters.
-    plot_attractors : figure of the result.
+    plot : figure of the result.
 
     Examples
     --------

@@ -58,7 +58,7 @@ class Pulse(Result, Labelled):
     parameter: str
     """Name of the parameter that the pulse changes."""
     windows: tuple[PulseWindow, ...]
-    """All pulses found that lead to the end."""
+    """All pulses found that lead to the end: named tuples of `periods`, `begins`, `low`, `high`."""
     status: Status
     """Status of the search."""
     message: str

@@ -95,7 +95,7 @@ def switch_by_pulse(
     See Also
     --------
     attractors : orbits to choose from.
-    plot_pulse : figure of the result.
+    plot : figure of the result.
 
     Examples
     --------

@@ -160,7 +160,7 @@ def minimal_shock(
 
     See Also
     --------
-    plot_shock : figure of the result.
+    plot : figure of the result.
     attractors : attractors that starts lead to.
 
     Examples

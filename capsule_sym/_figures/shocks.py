@@ -38,45 +38,8 @@ def plot_shock(
     The phase portrait has an arrow from the motion to the boundary of its basin, and the motion
     that it is lost to. Beside it is the distance of two runs from the motion at the beginning of
     each excitation period. They begin with shocks smaller and larger by 0.1 %: one comes back, and
-    one is lost.
-
-    Parameters
-    ----------
-    shock : Shock
-        Shock, as `minimal_shock` gives.
-    width : float, default 7, above 0
-        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
-    axes : two Axes of Matplotlib, optional
-        Panels to draw into, without the legend, in place of a new figure: `axes` for the portrait
-        and the distances.
-    device : PhysicalParameters, optional
-        Device whose motion it is; the portrait is then in SI units.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-
-    Raises
-    ------
-    InvalidInput
-        If no shock was found, and for another number of axes. Also for a device of another scene,
-        frequency, mass ratio or friction bound than that of the motion.
-
-    See Also
-    --------
-    minimal_shock : the computation.
-
-    Examples
-    --------
-    >>> import capsule_sym as cs
-    >>> system = cs.Parameters(alpha=2.4, omega=0.9, delta=0.3, zeta=0.08, beta=48.0, gamma=5.0)
-    >>> box = {"x_r": (-2, 2), "v_r": (-2, 2)}
-    >>> fast, slow = (one.orbit for one in cs.attractors(system, box, count=40).attractors)
-    >>> inf = float("inf")
-    >>> figure = cs.figures.plot_shock(cs.minimal_shock(slow, weights=(inf, 1, inf), samples=100))
-    >>> print([text.get_text() for text in figure.legends[0].get_texts()][:3])
-    ['where it is lost to', 'motion', 'minimal shock']
+    one is lost. Drawn into two `axes`, without the legend, if they are given. The portrait is in SI
+    units if the `device` of the motion is given. Raises InvalidInput if no shock was found.
     """
     if shock.start is None or shock.state is None:
         raise InvalidInput("shock", shock, "one with a knock that loses the motion")

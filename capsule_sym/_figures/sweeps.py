@@ -220,7 +220,7 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     See Also
     --------
     run_basin : computes a basin.
-    plot_attractors : fractions of the starts along a parameter.
+    continue_attractors : fractions of the starts along a parameter.
 
     Examples
     --------

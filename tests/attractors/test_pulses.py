@@ -15,7 +15,6 @@ from capsule_sym._attractors.pulses import PulseSearch
 from capsule_sym._cli import main
 from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.work import drive_force, drive_work
-from capsule_sym.figures import plot_pulse
 from capsule_sym.inputs import SceneParameters
 from capsule_sym.results import Orbit, Pulse, Status
 from tests.design.clock import LIMIT, Clock
@@ -359,4 +358,4 @@ def test_the_command_refuses_in_one_line(call, line, said) -> None:
 def test_a_pulse_that_was_not_found_has_no_picture() -> None:
     none = cs.switch_by_pulse(*motions(LONG, *LONG_STARTS), most_periods=1, values=9)
     with pytest.raises(cs.InvalidInput, match="a pulse that was found"):
-        plot_pulse(none)
+        cs.plot(none)

@@ -13,7 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import capsule_sym as cs
-from capsule_sym.figures import plot_front, plot_pulse, plot_residuals, plot_tolerances
+from capsule_sym.figures import plot_front, plot_residuals, plot_tolerances
 from capsule_sym.results import Front, FrontPart, Optimum, Status
 from tests.public import PUBLIC
 from tests.sampling import sampled, some
@@ -54,7 +54,7 @@ Arguments = Callable[[], tuple[Any, ...]]
 COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
     "residuals": (plot_residuals, lambda: (fitted(),)),
     "tolerances": (plot_tolerances, lambda: (spread(),)),
-    "pulse": (plot_pulse, lambda: (pulse(),)),
+    "pulse": (cs.plot, lambda: (pulse(),)),
 }
 
 
