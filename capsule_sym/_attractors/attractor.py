@@ -107,12 +107,11 @@ class Attractors(Result, Labelled):
         found = len(self.attractors)
         lead = "leads" if self.starts == 1 else "lead"
         text = f"{counted(self.starts, 'start')} {lead} to {counted(found, 'attractor')}"
+        late = f"{counted(self.unsettled, 'has', 'have')} not settled"
         if self.status is not Status.FINISHED:
-            why = "time limit reached, or interrupted"
-            return f"{text}; {why}, before {self.unsettled} of them had settled"
+            return f"{text}; time limit reached, or interrupted: {late}"
         periods = counted(self.periods, "excitation period")
-        late = f"{counted(self.unsettled, 'has', 'have')} not settled within {periods}"
-        return f"{text}; {late}" if self.unsettled else text
+        return f"{text}; {late} within {periods}" if self.unsettled else text
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:

@@ -141,17 +141,15 @@ class ContinuedAttractors(Result, Labelled):
     @property
     def message(self) -> str:
         """Number of attractors, births, deaths and unsettled runs, as a sentence."""
-        values = counted(len(self.values), "value")
-        text = f"{counted(len(self.branches), 'attractor')} at {values} of {self.name}"
+        found = counted(len(self.branches), "attractor")
+        text = f"{found} at {counted(len(self.values), 'value')} of {self.name}"
         if self.changes:
             located = sum(one.bifurcation is not None for one in self.changes)
-            ends = counted(len(self.changes), "birth or death", "births and deaths")
-            text += f", {located} of {ends} at a located bifurcation"
+            text += f", {located} of {len(self.changes)} births and deaths at located bifurcations"
         if late := int(self.unsettled.sum()):
             text += f"; {late} of {counted(self.starts * len(self.values), 'run')} not settled"
-        if self.status is not Status.FINISHED:
-            text += "; time limit reached, or interrupted, before the end"
-        return text
+        late_end = "; time limit reached, or interrupted, before the end"
+        return text + late_end * (self.status is not Status.FINISHED)
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:

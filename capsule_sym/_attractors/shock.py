@@ -188,12 +188,14 @@ def minimal_shock(
     search, beyond = KnockSearch(orbit, units, largest, periods, seed), None
     with Watch(checked_seconds(max_seconds)):
         search.run(samples, progress or (lambda said: None))
+        if search.best is not None:
+            (time,), _, (state,) = search.starts(search.best[None])
+            settled = solve_orbit(orbit.parameters, state, time % search.period, search.periods)
+            beyond = settled if settled.success else None
     found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
     if search.best is not None:
         (time,), (start,), (state,) = search.starts(search.best[None])
         found = {"knock": state - start, "phase": float(time), "start": start}
-        settled = solve_orbit(orbit.parameters, state, time % search.period, search.periods)
-        beyond = settled if settled.success else None
     return Shock(
         orbit=search.orbit,
         weights=tuple(weights),
