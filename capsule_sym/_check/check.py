@@ -47,8 +47,9 @@ def check_switches(
     segments before it. From `horizon` on no double can follow the motion, and switches are not
     compared. The exact run stops after `max_seconds`; switches are then compared up to there.
 
-    A switch counts as found if its time is wrong by less than an eighth of a period. It is the
-    period of the drive or of the mass on its spring, whichever is shorter.
+    A switch counts as found if its time is wrong by less than an eighth of a period, and no other
+    switch of the same kind is nearer. It is the period of the drive or of the mass on its spring,
+    whichever is shorter.
 
     Parameters
     ----------
@@ -79,7 +80,7 @@ def check_switches(
     -------
     SwitchCheck
         `success` is False if a switch is missed or invented; `differences` has these with their
-        cause. `errors`, `growth`, `segment_error` and `tolerance` give the sizes. All are
+        cause. `switches`, `errors`, `segment_error` and `tolerance` give the sizes. All are
         dimensionless.
 
     Raises
