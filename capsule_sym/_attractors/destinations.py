@@ -58,19 +58,16 @@ class Arrivals(NamedTuple):
 
     numbers: NDArray[np.int16]
     """Number of the attractor, NONE if it is an unknown one or none is reached."""
-    repeats: NDArray[np.bool_]
-    """True for a run that repeats itself on an unknown attractor."""
+    undecided: NDArray[np.bool_]
+    """True for a run that the core cannot decide."""
     states: Vector
     """Final states of the runs at phase 0, (n, 3)."""
-    periods: NDArray[np.int64]
-    """Excitation periods of each run."""
 
     @classmethod
     def begun(cls, states: Vector) -> Arrivals:
         """Arrivals before the first period: no attractor yet, states (n, 3) of the starts."""
         n = len(states)
-        numbers = np.full(n, NONE, np.int16)
-        return cls(numbers, np.zeros(n, bool), states.copy(), np.zeros(n, np.int64))
+        return cls(np.full(n, NONE, np.int16), np.zeros(n, bool), states.copy())
 
 
 class KnownOrbits(Runs):
@@ -135,7 +132,7 @@ class KnownOrbits(Runs):
         over. Raises TimeUp if the present watch is over; the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
-        numbers, repeats, ends, passed = runs
+        numbers, undecided, ends = runs
         for first in range(0, len(times), _BLOCK):
             last, done, length = min(first + _BLOCK, len(times)), 0, min(_FIRST, periods)
             left = np.arange(first, last)
@@ -144,15 +141,14 @@ class KnownOrbits(Runs):
                 # All states of the last periods are kept, to detect repetition.
                 begin = self.rows[groups[left]], ends[left], times[left]
                 good, marks = self._marks(*begin, length)
+                undecided[np.delete(left, good)] = True
                 left, done = left[good], done + length
-                ends[left], times[left], passed[left] = marks[:, -1], 0.0, done
+                ends[left], times[left] = marks[:, -1], 0.0
                 change, guess = _changes(marks)
                 at_rest = change <= (_REPEATED if done < periods else _SETTLED)
                 guess[~(at_rest | (change <= _NEARLY))] = 0
                 numbers[left] = self.identify(groups[left], ends[left], guess, at_rest)
-                open_ = numbers[left] == NONE
-                repeats[left] = open_ & at_rest
-                left = left[open_ & ~at_rest]
+                left = left[(numbers[left] == NONE) & ~at_rest]
                 length = min(2 * length, periods - done)
                 if report is not None:
                     report(last - left.size)

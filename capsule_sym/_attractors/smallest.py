@@ -106,8 +106,7 @@ class KnockSearch:
         times, _, states = self.starts(points)
         runs, row = Arrivals.begun(states), np.zeros(len(points), np.intp)
         self.known.destination(row, runs, np.mod(times, self.period), self.patience)
-        late = runs.repeats | (runs.periods >= self.patience - 1)
-        return np.asarray((runs.numbers > 0) | ((runs.numbers == NONE) & late))
+        return np.asarray((runs.numbers > 0) | ((runs.numbers == NONE) & ~runs.undecided))
 
     def stays_lost(self, points: Vector) -> bool:
         """True if runs that count as lost do not return in all their periods either.
