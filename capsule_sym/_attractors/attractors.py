@@ -19,7 +19,6 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import SceneParameters
 from capsule_sym._processes import deferred
 
-_MOST_STARTS = 10**6  # starts of a box, whose states are held in memory
 Starts = Mapping[str, float | tuple[float, float]] | ArrayLike
 
 
@@ -136,7 +135,7 @@ def checked_starts(
         return states, spread("phases", phases, (len(states),))
     if np.any(phases):
         raise InvalidInput("phases", phases, "0 for a box of starts, which may have a 'phase'")
-    check_count("count", count, 1, _MOST_STARTS)
+    check_count("count", count, 1, 10**6)
     names = (*parameters.scene.facts.STATE, "phase")
     for name in starts:
         check_one_of("starts", name, names)

@@ -22,8 +22,6 @@ from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
 
-_SAMPLES = 100, 10_000_000  # final knocks: enough to say something; some hours
-_LONGEST = 64, 1_000_000  # excitation periods within which a run has to return
 _DRAWN = 1e-3  # share of the knock by which the runs that are drawn start beside the boundary
 _SHOWN = 64  # excitation periods of these runs
 
@@ -179,8 +177,8 @@ def minimal_shock(
     [0.5516, -0.7019]
     """
     if periods is not None:
-        check_count("periods", periods, *_LONGEST)
-    check_count("samples", samples, *_SAMPLES)
+        check_count("periods", periods, 64, 10**6)
+    check_count("samples", samples, 100, 10**7)
     check_count("seed", seed, 0, 2**63)
     units = _units(weights)
     if largest is not None and not (is_real(largest) and 0 < largest < math.inf):

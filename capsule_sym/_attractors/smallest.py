@@ -28,7 +28,6 @@ WIDTH = 0.01 * ACCURACY
 # Excitation periods after which a run counts as lost: at first, and to confirm it.
 _FIRST, _LAST = 128, 1024
 _GENERATION = 768  # knocks at once, some 0.1 s
-_FEW = 64  # knocks that show one part of the boundary
 _BEYOND = 1.25  # size, over the smallest one found, of knocks that show other parts of the boundary
 _PARTS, _APART = 5, 0.3  # largest number of these parts, and distance of their directions
 _COARSE = 1e-3  # share by which knocks of other parts become smaller, before the best is chosen
@@ -79,7 +78,7 @@ class KnockSearch:
         points = points[self.lost(points)]
         while len(known) <= 2 * _PARTS and len(points := self._apart(points, known)):
             report(f"a knock of {self.radius:.6g}: looking for nearer points of the boundary")
-            known += [points[0], self._polish(points[:_FEW], _COARSE)]
+            known += [points[0], self._polish(points, _COARSE)]
         self._polish(self.best[None], WIDTH)
         left = samples
         while left > 0:
