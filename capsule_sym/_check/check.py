@@ -142,7 +142,7 @@ def check_switches(
     error = _segment_error(rows, resolution)
     differences = tuple(_differences(rows, exact, error, tolerance))
     message = _message(differences, len(own), horizon, why)
-    switches = rows.drop(columns="place")
+    switches = rows[["event", "exact", "given", "growth"]]
     return SwitchCheck(switches, error, horizon, differences, tolerance, message)
 
 
@@ -217,9 +217,10 @@ def _resolved(missed: Sequence[int], exact: DataFrame) -> tuple[float | None, fl
     first = [*({k for k in beside if {k, k + 1} <= set(missed)} or beside)]
     if not first:
         return None, None
-    gaps = exact["exact"].diff().iloc[1:].iloc[first].to_numpy()
-    growth = exact["growth"].rolling(2).max().iloc[1:].iloc[first].to_numpy()
-    return float(gaps.min()), float((gaps / (4 * growth)).min())
+    times, growth = exact[["exact", "growth"]].to_numpy().T
+    after = np.array(first) + 1
+    gaps = times[after] - times[first]
+    return float(gaps.min()), float((gaps / (4 * np.maximum(growth[first], growth[after]))).min())
 
 
 def _cause(own: float | None, used: float | None, needed: float | None) -> Cause:
