@@ -102,13 +102,7 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
             turned = numbers.constants(segment.field, trajectory.parameters).rate * (high - low)
             count = max((high - low) / step, min(_PER_RADIAN * turned, _PER_PERIOD))
             time = np.linspace(low, high, 2 + int(np.ceil(count)))
-            states, x_c = trajectory(time), trajectory.position(time)
-            # At a switch the trajectory returns the next segment's start, equal but for rounding.
-            if low == start:
-                states[0] = [float(value) for value in segment.start_state]
-            if high == stop:
-                states[-1] = [float(value) for value in segment.end_state]
-            x_r, v_r, v_c = states.T
+            x_r, v_r, v_c, x_c = trajectory(time, position=True).T
             found.append(Arc(segment.field, time / period, x_r, v_r, v_c, x_c, scene))
     return found
 
