@@ -109,7 +109,7 @@ class AttractorBranch:
 
     def to_dict(self) -> dict[str, Any]:
         """Branch as plain values: its columns, birth and death."""
-        return plain(self.columns) | record(self, "birth death")
+        return {**plain(self.columns), **record(self, "birth death")}
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -125,8 +125,9 @@ class Links:
             self.ends[-side].pop(other, None)
 
     def _branch(self, orbit: Orbit, to: float) -> Branch:
-        how = {"ties": dict(self.path.ties) or None, "max_seconds": present().left}
-        found = continue_orbit(orbit, self.path.name, to, points=_POINTS, **how)
+        ties, left = dict(self.path.ties) or None, present().left
+        of = orbit, self.path.name, to
+        found = continue_orbit(*of, points=_POINTS, ties=ties, max_seconds=left)
         check_time()
         return found
 

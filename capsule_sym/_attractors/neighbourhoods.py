@@ -146,5 +146,5 @@ def states_at(trajectory: Trajectory, times: Vector) -> Vector:
 
 def stroboscopic(orbit: Orbit) -> Vector:
     """States of an orbit at phase 0, shape (period_number, 3)."""
-    times = np.arange(orbit.itinerary.period_number) * orbit.parameters.period
+    times = np.arange(0.0, orbit.itinerary.period_number) * orbit.parameters.period
     return states_at(orbit.trajectory(), times)

@@ -79,7 +79,7 @@ class KnockSearch:
         while len(known) <= 2 * _PARTS and len(points := self._apart(points, known)):
             report(f"a knock of {self.radius:.6g}: looking for nearer points of the boundary")
             known += [points[0], self._polish(points, _COARSE)]
-        self._polish(self.best[None], WIDTH)
+        self._polish(min(known, key=lambda one: float(sizes(one)))[None], WIDTH)
         left = samples
         while left > 0:
             report(f"a knock of {self.radius:.6g}: trying smaller ones")
@@ -139,7 +139,7 @@ class KnockSearch:
         boundary. A simplex search sticks at such edges.
         """
         if (best := self._smallest(points, sizes(points), width)) is None:
-            return points[0]
+            return np.asarray(points[0])
         trail, still, count = [best], 0, _GENERATION // 4
         while still < (_STILL if width == WIDTH else _STILL // 4):
             radius, way = sizes(best), resized(best[None], 1.0)
@@ -149,9 +149,9 @@ class KnockSearch:
             last = self.random.choice(resized(np.array(trail[-_LAST_BEST:]), 1.0), count // 2)
             points[::2] += self.random.normal(size=(count // 2, 1)) * (way - last)
             found = self._smallest(points, radius * (1 - width), width)
-            still += 1
+            nearer = found is not None and sizes(found) < radius * (1 - 2 * width)
+            still = 0 if nearer else still + 1
             if found is not None:
-                still *= sizes(found) >= radius * (1 - 2 * width)
                 best = found
                 trail.append(best)
         return best
@@ -182,7 +182,7 @@ class KnockSearch:
             points = resized(outside[None].repeat(16, axis=0), shares[1:] * sizes(outside))
             first = int(np.append(self.lost(points[:-1]), True).argmax())
             low, high, points = shares[first], shares[first + 1], points[first:]
-        return points[0]
+        return np.asarray(points[0])
 
 
 def sizes(points: Vector) -> Vector:

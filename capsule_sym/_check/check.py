@@ -190,11 +190,9 @@ def _differences(
         missed, invented = group[group["given"].isna()], group[group["exact"].isna()]
         gap, needed = _resolved(missed["place"].astype(int).tolist(), exact)
         cause = _cause(error, used, needed) if first else Cause.EARLIER
-        entered = [
-            tuple(map(Entered, of[time].tolist(), of["event"]))
-            for time, of in (("exact", missed), ("given", invented))
-        ]
-        yield Difference(*entered, cause, gap, needed)
+        true = tuple(map(Entered, missed["exact"].tolist(), missed["event"]))
+        own = tuple(map(Entered, invented["given"].tolist(), invented["event"]))
+        yield Difference(true, own, cause, gap, needed)
         first = False
 
 

@@ -74,9 +74,7 @@ def pulse(
                     raise InvalidInput("--between", number, allowed)
             ends = [box.attractors[number].orbit for number in between]
         found = capsule_sym.switch_by_pulse(
-            *ends,
-            over=over or None,
-            base=device or parameters,
+            *(ends[0], ends[1], over or None, device or parameters),
             most_periods=most_periods,
             max_seconds=limit.left,
             progress=report,

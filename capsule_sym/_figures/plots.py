@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import capsule_sym
+from capsule_sym import _imported  # type: ignore[attr-defined]
 from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def plot(result: Any, **options: Any) -> Figure:
             home, draw = _DRAWN[name]
         else:
             continue
-        found: Any = capsule_sym._imported("capsule_sym.figures", f"_figures.{home}", draw)
+        found: Any = _imported("capsule_sym.figures", f"_figures.{home}", draw)
         drawn: Figure = found(result, **options)
         return drawn
     allowed = f"one of {', '.join(_DRAWN)}, or the results of a sweep or a basin"
