@@ -3,7 +3,6 @@
 from capsule_sym._attractors.attractor import Attractor as Attractor
 from capsule_sym._attractors.attractor import Attractors as Attractors
 from capsule_sym._attractors.branches import AttractorBranch as AttractorBranch
-from capsule_sym._attractors.branches import Change as Change
 from capsule_sym._attractors.branches import ContinuedAttractors as ContinuedAttractors
 from capsule_sym._attractors.pulse import Pulse as Pulse
 from capsule_sym._attractors.shock import Shock as Shock

@@ -20,7 +20,7 @@ from capsule_sym._map.result import Result, brief, record
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
-from capsule_sym._parameters import Scene, SceneParameters
+from capsule_sym._parameters import SceneParameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +66,7 @@ class Attractor:
 
     def to_dict(self) -> dict[str, Any]:
         """Attractor as plain values."""
-        return (
-            record(self, "itinerary period_number progression")
-            | record(self.orbit, "multipliers")
-            | record(self, "count fraction interval states")
-        )
+        return orbit_record(self.orbit) | record(self, "count fraction interval states")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,36 +107,20 @@ class Attractors(Result, Labelled):
         found = len(self.attractors)
         lead = "leads" if self.starts == 1 else "lead"
         text = f"{counted(self.starts, 'start')} {lead} to {counted(found, 'attractor')}"
+        late = f"{counted(self.unsettled, 'has', 'have')} not settled"
         if self.status is not Status.FINISHED:
-            why = "time limit reached, or interrupted"
-            return f"{text}; {why}, before {self.unsettled} of them had settled"
+            return f"{text}; time limit reached, or interrupted: {late}"
         periods = counted(self.periods, "excitation period")
-        late = f"{counted(self.unsettled, 'has', 'have')} not settled within {periods}"
-        return f"{text}; {late}" if self.unsettled else text
-
-    @property
-    def scene(self) -> Scene:
-        """Scene of the parameters."""
-        return self.parameters.scene
+        return f"{text}; {late} within {periods}" if self.unsettled else text
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
         """Attractors as columns, shape (k,)."""
+        names = "itinerary", "period_number", "progression", "multiplier", "count", "fraction"
+        found = {name: np.array([getattr(one, name) for one in self.attractors]) for name in names}
         ends = np.reshape([one.interval for one in self.attractors], (-1, 2))
-
-        def column(name: str, kind: type) -> NDArray[Any]:
-            return np.array([getattr(one, name) for one in self.attractors], dtype=kind)
-
-        return {
-            "itinerary": column("itinerary", np.str_),
-            "period_number": column("period_number", int),
-            "progression": column("progression", float),
-            "largest_multiplier": column("multiplier", float),
-            "count": column("count", int),
-            "fraction": column("fraction", float),
-            "fraction_low": ends[:, 0],
-            "fraction_high": ends[:, 1],
-        }
+        found |= {"fraction_low": ends[:, 0], "fraction_high": ends[:, 1]}
+        return found | {"largest_multiplier": found.pop("multiplier")}
 
 
 def closed_orbit(parameters: SceneParameters, cycle: Cycle) -> Orbit | None:
@@ -172,10 +152,18 @@ def collected(
 
 def interval(count: int, total: int) -> tuple[float, float]:
     """95 % Clopper-Pearson interval of a fraction, from the count of its starts."""
-    inverse = package("scipy.special").betaincinv
-    low = inverse(count, total - count + 1, 0.025) if count else 0.0
-    high = inverse(count + 1, total - count, 0.975) if count < total else 1.0
+    low, high = package("scipy.stats").binomtest(count, total).proportion_ci()
     return float(low), float(high)
+
+
+def orbit_record(orbit: Orbit) -> dict[str, Any]:
+    """Itinerary, period number, progression and multipliers of an orbit as plain values."""
+    return {
+        "itinerary": shown_itinerary(orbit),
+        "period_number": orbit.itinerary.period_number,
+        "progression": shown_progression(orbit.motion),
+        **record(orbit, "multipliers"),
+    }
 
 
 def shown_itinerary(orbit: Orbit) -> str:

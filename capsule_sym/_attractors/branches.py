@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
@@ -21,7 +20,7 @@ from capsule_sym._map.steady import shown_progression
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import Scene, SceneParameters
+from capsule_sym._parameters import SceneParameters
 
 
 class Change(NamedTuple):
@@ -42,17 +41,17 @@ class Change(NamedTuple):
 
     def to_dict(self) -> dict[str, Any]:
         """Change as plain values."""
-        found = self.bifurcation
-        about = {} if found is None else {"line": found.line, "uncertainty": found.uncertainty}
-        told = record(self, "value type interval") | about | {"message": self.message}
-        return told | ({"value": None} if math.isnan(self.value) else {})
+        return record(self, "value type interval message")
 
 
 @dataclass(frozen=True, eq=False)
 class AttractorBranch:
     """One attractor along the parameter, at neighbouring values; dimensionless.
 
-    `birth` is None if it exists at the first value, `death` if it exists at the last.
+    `birth` is None if it exists at the first value, `death` if it exists at the last. Both are
+    named tuples. `interval` has the values of the parameter between which it is. `bifurcation` is
+    that of the branch, with its `value` and `type`; if none was located it is None, `value` is nan,
+    and `message` gives the reason.
     """
 
     number: int
@@ -109,15 +108,8 @@ class AttractorBranch:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Branch as plain values."""
-        of = self.columns
-        names = "period_number", "progression", "largest_multiplier"
-        return {
-            **record(self, "number values counts fractions intervals"),
-            "itineraries": of["itinerary"].tolist(),
-            **{f"{name}s": of[name].tolist() for name in names},
-            **record(self, "birth death"),
-        }
+        """Branch as plain values: its columns, birth and death."""
+        return {**plain(self.columns), **record(self, "birth death")}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -149,22 +141,15 @@ class ContinuedAttractors(Result, Labelled):
     @property
     def message(self) -> str:
         """Number of attractors, births, deaths and unsettled runs, as a sentence."""
-        values = counted(len(self.values), "value")
-        text = f"{counted(len(self.branches), 'attractor')} at {values} of {self.name}"
+        found = counted(len(self.branches), "attractor")
+        text = f"{found} at {counted(len(self.values), 'value')} of {self.name}"
         if self.changes:
             located = sum(one.bifurcation is not None for one in self.changes)
-            ends = counted(len(self.changes), "birth or death", "births and deaths")
-            text += f", {located} of {ends} at a located bifurcation"
+            text += f", {located} of {len(self.changes)} births and deaths at located bifurcations"
         if late := int(self.unsettled.sum()):
             text += f"; {late} of {counted(self.starts * len(self.values), 'run')} not settled"
-        if self.status is not Status.FINISHED:
-            text += "; time limit reached, or interrupted, before the end"
-        return text
-
-    @property
-    def scene(self) -> Scene:
-        """Scene of the parameters."""
-        return self.base.scene
+        late_end = "; time limit reached, or interrupted, before the end"
+        return text + late_end * (self.status is not Status.FINISHED)
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:

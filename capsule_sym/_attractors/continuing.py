@@ -14,15 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from capsule_sym._attractors.attractors import Starts, checked_starts
-from capsule_sym._attractors.branches import (
-    ContinuedAttractors,
-    row_at,
-)
+from capsule_sym._attractors.branches import ContinuedAttractors, row_at
 from capsule_sym._attractors.destinations import Arrivals, KnownOrbits
 from capsule_sym._attractors.links import Links
 from capsule_sym._attractors.neighbourhoods import NONE
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
+from capsule_sym._map.evaluation import real
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.parameter_paths import Function, parameter_path
 from capsule_sym._parameters import SceneParameters
@@ -97,7 +95,7 @@ def continue_attractors(
     See Also
     --------
     attractors : attractors at one set of parameters.
-    plot_attractors : figure of the result.
+    plot : figure of the result.
 
     Examples
     --------
@@ -115,10 +113,7 @@ def continue_attractors(
     2 [0.2] period doubling at 1.716473 -
     """
     path = parameter_path(name, ties, parameters.scene)
-    try:
-        grid = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        grid = np.empty(0)
+    grid = real("values", values, "two or more numbers, ascending")
     if grid.ndim != 1 or len(grid) < 2 or not np.all(np.diff(grid) > 0):
         raise InvalidInput("values", values, "two or more numbers, ascending")
     path.check(parameters, grid[0], grid[-1])
@@ -126,9 +121,8 @@ def continue_attractors(
     check_count("threads", threads)
     states, times = checked_starts(starts, count, phases, parameters)
     if len(states) * len(grid) > _MOST_RUNS:
-        raise InvalidInput(
-            "values", len(grid), f"at most {counted(_MOST_RUNS // len(states), 'value')}"
-        )
+        allowed = f"at most {counted(_MOST_RUNS // len(states), 'value')}"
+        raise InvalidInput("values", len(grid), allowed)
     rows, count = np.array([row_at(path, parameters, value) for value in grid]), len(states)
     known = KnownOrbits(rows, parameters.scene, threads)
     links, groups = Links(parameters, path, grid, known), np.repeat(np.arange(len(grid)), count)

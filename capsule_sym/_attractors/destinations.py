@@ -14,15 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._attractors.neighbourhoods import (
-    NONE,
-    NOWHERE,
-    Neighbourhoods,
-    axes_about,
-    close_many,
-    run_rows,
-    stroboscopic,
-)
+from capsule_sym._attractors.neighbourhoods import NONE, Runs, spectral_radii, stroboscopic
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.many import spread
 from capsule_sym._map.steady import LONGEST
@@ -39,6 +31,7 @@ _ROUNDING = 1e-11  # changes that rounding may put in any order
 _NEARLY = 1e-3  # change of a run that may be near to an orbit
 _NEAR, _WITHIN = 1e-2, 0.1  # distance of an orbit from its guess; of one that is then approached
 _SAME = 1e-8  # distance of equal orbits
+_FIRST = 4  # excitation periods of the first test, doubled each time: most runs arrive early
 _BLOCK = 4096  # runs that are followed together, and kept at a time limit: some seconds of work
 
 
@@ -65,32 +58,27 @@ class Arrivals(NamedTuple):
 
     numbers: NDArray[np.int16]
     """Number of the attractor, NONE if it is an unknown one or none is reached."""
-    repeats: NDArray[np.bool_]
-    """True for a run that repeats itself on an unknown attractor."""
+    undecided: NDArray[np.bool_]
+    """True for a run that the core cannot decide."""
     states: Vector
     """Final states of the runs at phase 0, (n, 3)."""
-    periods: NDArray[np.int64]
-    """Excitation periods of each run."""
 
     @classmethod
     def begun(cls, states: Vector) -> Arrivals:
         """Arrivals before the first period: no attractor yet, states (n, 3) of the starts."""
         n = len(states)
-        numbers = np.full(n, NONE, np.int16)
-        return cls(numbers, np.zeros(n, bool), states.copy(), np.zeros(n, np.int64))
+        return cls(np.full(n, NONE, np.int16), np.zeros(n, bool), states.copy())
 
 
-class KnownOrbits:
-    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`.
-
-    Runs that are followed together take at most a `share` of the time left. Runs that the core
-    cannot decide may need more: they end without an attractor.
-    """
+class KnownOrbits(Runs):
+    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`."""
 
     def __init__(self, rows: Vector, scene: Scene, threads: int = 1, share: float = 1.0) -> None:
-        self.rows, self.scene, self.threads, self.share = rows, scene, threads, share
+        super().__init__(scene, threads, share)
+        self.rows = rows
         self.cycles: list[list[Cycle]] = [[] for _ in rows]
-        self.near: list[Neighbourhoods] = [NOWHERE for _ in rows]
+        self.near: list[tuple[int, int, Vector, Vector]] = []
+        """Row, number of the orbit there, centre and axes of ellipsoids that the map shrinks."""
 
     def numbered(self, groups: Sequence[int], cycles: Sequence[Cycle | None]) -> list[int]:
         """Number of each orbit among those of its row; unknown ones are added. NONE for None."""
@@ -114,22 +102,18 @@ class KnownOrbits:
         counts = [len(cycle.states) for *_, cycle in new]
         rows, owners = np.repeat([[row, number] for row, number, _ in new], counts, axis=0).T
         states = np.concatenate([cycle.states for *_, cycle in new])
-        of = self.rows[rows], states, np.repeat(counts, counts), self.scene, self.threads
-        axes = axes_about(*of)
-        for row in np.unique(rows).tolist():
-            here, old = rows == row, self.near[row]
-            self.near[row] = Neighbourhoods(
-                np.append(old.centres, states[here], axis=0),
-                np.append(old.axes, axes[here], axis=0),
-                np.append(old.owners, owners[here]),
-            )
+        axes = self.axes_about(self.rows[rows], states, np.repeat(counts, counts))
+        found = zip(rows.tolist(), owners.tolist(), states, axes, strict=True)
+        self.near += [one for one in found if np.isfinite(one[-1]).all()]
 
     def inside(self, groups: NDArray[np.intp], states: Vector) -> NDArray[np.int16]:
         """Number of the orbit in whose neighbourhood each state is, at its row, (n,)."""
-        numbers = np.full(len(states), NONE, np.int16)
-        for row in np.unique(groups).tolist():
+        numbers, least = np.full(len(states), NONE, np.int16), np.ones(len(states))
+        for row, number, centre, axes in self.near:
             here = np.flatnonzero(groups == row)
-            numbers[here] = self.near[row].contain(states[here])
+            distance = np.linalg.norm((states[here] - centre) @ axes, axis=1)
+            inside = distance <= least[here]
+            numbers[here[inside]], least[here[inside]] = number, distance[inside]
         return numbers
 
     def destination(
@@ -148,24 +132,23 @@ class KnownOrbits:
         over. Raises TimeUp if the present watch is over; the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
-        numbers, repeats, ends, passed = runs
+        numbers, undecided, ends = runs
         for first in range(0, len(times), _BLOCK):
-            last, done, length = min(first + _BLOCK, len(times)), 0, min(2 * LONGEST, periods)
+            last, done, length = min(first + _BLOCK, len(times)), 0, min(_FIRST, periods)
             left = np.arange(first, last)
             while left.size and length > 1:
                 check_time()
                 # All states of the last periods are kept, to detect repetition.
                 begin = self.rows[groups[left]], ends[left], times[left]
                 good, marks = self._marks(*begin, length)
+                undecided[np.delete(left, good)] = True
                 left, done = left[good], done + length
-                ends[left], times[left], passed[left] = marks[:, -1], 0.0, done
+                ends[left], times[left] = marks[:, -1], 0.0
                 change, guess = _changes(marks)
                 at_rest = change <= (_REPEATED if done < periods else _SETTLED)
                 guess[~(at_rest | (change <= _NEARLY))] = 0
                 numbers[left] = self.identify(groups[left], ends[left], guess, at_rest)
-                open_ = numbers[left] == NONE
-                repeats[left] = open_ & at_rest
-                left = left[open_ & ~at_rest]
+                left = left[(numbers[left] == NONE) & ~at_rest]
                 length = min(2 * length, periods - done)
                 if report is not None:
                     report(last - left.size)
@@ -212,19 +195,18 @@ class KnownOrbits:
         """
         found: list[Cycle | None] = [None] * len(states)
         good, marks = self._marks(self.rows, states, 0.0, 2 * LONGEST)
-        ends, waits = marks[:, -1], dict[int, list[tuple[int, Cycle]]]()
-        for k, cycle in enumerate(self.closed(good, ends, _changes(marks)[1], _WITHIN)):
-            if cycle is not None:
-                wait = math.log(0.01) / math.log(min(max(cycle.multiplier, 0.01), 1 - NEUTRAL))
-                waits.setdefault(math.ceil(math.log2(wait)), []).append((k, cycle))
-        for power in (one for one in waits if one <= 15):
-            chosen = [k for k, _ in waits[power]]
-            begin = self.rows[good[chosen]], ends[chosen], 0.0
-            run = run_rows(*begin, 2**power, self.scene, self.threads)
-            for (k, cycle), state in zip(waits[power], run.states, strict=True):
-                before, now = cycle.distance(np.array([ends[k], state]))
-                if now <= max(before / 10, _SAME * (1 + abs(cycle.states).max())):
-                    found[int(good[k])] = cycle
+        ends = marks[:, -1]
+        cycles = self.closed(good, ends, _changes(marks)[1], _WITHIN)
+        rates = np.clip([one.multiplier if one else 1.0 for one in cycles], 0.01, 1 - NEUTRAL)
+        waits = np.ceil(np.log2(math.log(0.01) / np.log(rates)))
+        for power in np.unique(waits[waits <= 15]).astype(int).tolist():
+            chosen = np.flatnonzero(waits == power)
+            run = self.run(self.rows[good[chosen]], ends[chosen], 0.0, 2**power)
+            for k, state in zip(chosen.tolist(), run.states, strict=True):
+                if (cycle := cycles[k]) is not None:
+                    before, now = cycle.distance(np.array([ends[k], state]))
+                    if now <= max(before / 10, _SAME * (1 + abs(cycle.states).max())):
+                        found[int(good[k])] = cycle
         return found
 
     def closed(
@@ -232,15 +214,14 @@ class KnownOrbits:
     ) -> list[Cycle | None]:
         """Stable orbits that Newton's method finds near states at phase 0, None for none."""
         rows = self.rows[groups]
-        found = close_many(rows, states, periods, self.scene, self.threads)
-        multipliers, scales = found.multipliers, 1 + abs(states).max(axis=1)
-        apart = abs(found.states - states).max(axis=1)
-        good = np.flatnonzero((multipliers < 1 - NEUTRAL) & (apart <= near * scales))
+        centres, monodromies, _ = self.close(rows, states, periods)
+        multipliers, scales = spectral_radii(monodromies), 1 + abs(states).max(axis=1)
+        near_by = abs(centres - states).max(axis=1) <= near * scales
+        good = np.flatnonzero((multipliers < 1 - NEUTRAL) & near_by)
         cycles: list[Cycle | None] = [None] * len(states)
         for number in np.unique(periods[good]).tolist():
             these = good[periods[good] == number]
-            given = rows[these], found.states[these], 0.0, number, self.scene, self.threads
-            runs = run_rows(*given, "stroboscopic")
+            runs = self.run(rows[these], centres[these], 0.0, number, "stroboscopic")
             for i, at in enumerate(these.tolist()):
                 if runs.success[i]:
                     cycles[at] = _once(runs[i], number, float(multipliers[at]), scales[at])
@@ -250,11 +231,10 @@ class KnownOrbits:
         self, rows: Vector, states: Vector, phases: ArrayLike, periods: int
     ) -> tuple[NDArray[np.intp], Vector]:
         """Indices of runs that succeed, and their states at the last marks, (n, marks, 3)."""
-        short, of = min(LONGEST, periods - 1), (self.scene, self.threads)
-        run = run_rows(rows, states, phases, periods - short, *of, share=self.share)
+        short = min(LONGEST, periods - 1)
+        run = self.run(rows, states, phases, periods - short)
         good = np.flatnonzero(run.success)
-        begin = rows[good], run.states[good], 0.0
-        run = run_rows(*begin, short, *of, "stroboscopic", self.share)
+        run = self.run(rows[good], run.states[good], 0.0, short, "stroboscopic")
         marks = run.kept[np.repeat(run.success, np.diff(run.offsets))]
         return good[run.success], marks.reshape(-1, short + 1, 3)
 

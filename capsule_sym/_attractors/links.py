@@ -12,7 +12,7 @@ from capsule_sym._arrays import Vector
 from capsule_sym._attractors.attractor import closed_orbit, interval
 from capsule_sym._attractors.branches import AttractorBranch, Change, placed_at
 from capsule_sym._attractors.destinations import Cycle, KnownOrbits
-from capsule_sym._attractors.neighbourhoods import close_many, stroboscopic
+from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._errors import Status
 from capsule_sym._native import check_time, present
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
@@ -40,16 +40,8 @@ class Links:
 
     def link(self) -> None:
         """Continue every orbit to the next values on both sides, or to a bifurcation before."""
-        pending = True
-        while pending:
-            pending = False
-            for side in (1, -1):
-                cells = [cell for cell in self._cells() if self._open(cell, side)]
-                self._carry(cells, side)
-                for cell in cells:
-                    if cell not in self.next[side]:
-                        self._follow(cell, side)
-                pending |= bool(cells)
+        while any([self._linked(1), self._linked(-1)]):
+            pass
 
     def branches(self, numbers: NDArray[np.int16]) -> tuple[AttractorBranch, ...]:
         """Attractors along the parameter, from the orbit numbers, (m, n), of all starts."""
@@ -60,21 +52,12 @@ class Links:
             cells = [head]
             while (after := self.next[1].get(cells[-1])) is not None:
                 cells.append(after)
-            number = [counts[cell] for cell in cells]
-            found.append(
-                AttractorBranch(
-                    len(found),
-                    self.path,
-                    self.base,
-                    self.values[[i for i, _ in cells]],
-                    np.array(number),
-                    np.array(number) / total,
-                    np.array([interval(one, total) for one in number]),
-                    tuple(map(self._cycle, cells)),
-                    self._end(head, -1),
-                    self._end(cells[-1], 1),
-                )
-            )
+            number = np.array([counts[cell] for cell in cells])
+            intervals = np.array([interval(one, total) for one in number.tolist()])
+            values, cycles = self.values[[i for i, _ in cells]], tuple(map(self._cycle, cells))
+            ends = self._end(head, -1), self._end(cells[-1], 1)
+            of = len(found), self.path, self.base, values, number, number / total, intervals
+            found.append(AttractorBranch(*of, cycles, *ends))
         return tuple(found)
 
     def _cells(self) -> list[_Cell]:
@@ -90,19 +73,22 @@ class Links:
         return not linked and 0 <= cell[0] + side < len(self.values)
 
     def _end(self, cell: _Cell, side: int) -> Change | None:
-        open_ = self._open(cell, side)
-        why = "not sought", "time limit reached"
-        return self._unlocated(cell, side, *why) if open_ else self.ends[side].get(cell)
+        if self._open(cell, side):
+            return self._change(cell, side, None, "time limit reached")
+        return self.ends[side].get(cell)
 
-    def _between(self, cell: _Cell, side: int) -> tuple[float, float]:
-        low, high = sorted((cell[0], cell[0] + side))
-        return float(self.values[low]), float(self.values[high])
+    def _change(self, cell: _Cell, side: int, at: Bifurcation | None, why: str) -> Change:
+        """Birth or death at a bifurcation, or the reason why none is located."""
+        low, high = sorted(self.values[[cell[0], cell[0] + side]].tolist())
+        if at is None:
+            return Change(math.nan, "not located", (low, high), None, why)
+        passed = f"{at.itinerary_before} → {at.itinerary_after or 'none'}"
+        return Change(at.value, at.type, (low, high), at, passed)
 
-    def _unlocated(self, cell: _Cell, side: int, kind: str, why: str) -> Change:
-        return Change(math.nan, kind, self._between(cell, side), None, why)
-
-    def _carry(self, cells: Sequence[_Cell], side: int) -> None:
-        """Link orbits that lead to each other by a step along their tangent, and one back."""
+    def _linked(self, side: int) -> bool:
+        """Continue the orbits that are open on a side; True if there are any."""
+        cells = [cell for cell in self._cells() if self._open(cell, side)]
+        # Orbits are the same that lead to each other by a step along their tangent, and one back.
         there = self._carried(cells, [self._cycle(cell) for cell in cells], side)
         found = [(cell, cycle) for cell, cycle in zip(cells, there, strict=True) if cycle]
         beyond = [(i + side, k) for (i, k), _ in found]
@@ -110,6 +96,10 @@ class Links:
         for (cell, cycle), returned in zip(found, back, strict=True):
             if returned is not None and self._cycle(cell).same(returned):
                 self._join(cell, cycle, side)
+        for cell in cells:
+            if cell not in self.next[side]:
+                self._follow(cell, side)
+        return bool(cells)
 
     def _carried(
         self, cells: Sequence[_Cell], cycles: Sequence[Cycle], side: int
@@ -120,14 +110,11 @@ class Links:
         rows, here = self.known.rows, np.array([i for i, _ in cells])
         states = np.array([cycle.states[0] for cycle in cycles])
         periods = np.array([len(cycle.states) for cycle in cycles])
-        tangents = close_many(rows[here], states, periods, self.known.scene).by_parameter
+        _, _, tangents = self.known.close(rows[here], states, periods)
         guess = states + (tangents @ (rows[here + side] - rows[here])[:, :, None])[:, :, 0]
         states = np.where(np.isfinite(guess).all(axis=1)[:, None], guess, states)
-        found = self.known.closed(here + side, states, periods)
-        return [
-            one if one is not None and len(one.states) == count else None
-            for one, count in zip(found, periods.tolist(), strict=True)
-        ]
+        found = zip(self.known.closed(here + side, states, periods), periods, strict=True)
+        return [one if one and len(one.states) == count else None for one, count in found]
 
     def _join(self, cell: _Cell, cycle: Cycle, side: int) -> None:
         """Identify an orbit at the next value with the attractor here."""
@@ -139,15 +126,15 @@ class Links:
 
     def _branch(self, orbit: Orbit, to: float) -> Branch:
         ties, left = dict(self.path.ties) or None, present().left
-        name = self.path.name
-        found = continue_orbit(orbit, name, to, points=_POINTS, ties=ties, max_seconds=left)
+        of = orbit, self.path.name, to
+        found = continue_orbit(*of, points=_POINTS, ties=ties, max_seconds=left)
         check_time()
         return found
 
     def _follow(self, cell: _Cell, side: int) -> None:
         """Continue a branch from an orbit to the next value, or to its end."""
         check_time()
-        i, why = cell[0], "the orbit's equations are not solved"
+        i, lost, why = cell[0], None, "the orbit's equations are not solved"
         orbit = closed_orbit(placed_at(self.path, self.base, self.values[i]), self._cycle(cell))
         if orbit is not None:
             branch = self._branch(orbit, float(self.values[i + side]))
@@ -155,20 +142,13 @@ class Links:
             lost = loss(branch)
             if lost is None and branch.status in (Status.RETURNED, Status.TURNED_BACK):
                 lost = self._doubling(branch, cell, side)
-            if lost is not None:
-                passed = f"{lost.itinerary_before} → {lost.itinerary_after or 'none'}"
-                between = self._between(cell, side)
-                self.ends[side][cell] = Change(lost.value, lost.type, between, lost, passed)
-                return
-            if branch.status is Status.REACHED:
+            if lost is None and branch.status is Status.REACHED:
                 states = stroboscopic(branch.points[-1].orbit)
-                (closed,) = self.known.closed(
-                    np.array([i + side]), states[:1], np.array([len(states)])
-                )
-                if closed is not None:
+                at = np.array([i + side]), states[:1], np.array([len(states)])
+                for closed in filter(None, self.known.closed(*at)):
                     self._join(cell, closed, side)
         if cell not in self.next[side]:
-            self.ends[side][cell] = self._unlocated(cell, side, "not located", why)
+            self.ends[side][cell] = self._change(cell, side, lost, why)
 
     def _doubling(self, branch: Branch, cell: _Cell, side: int) -> Bifurcation | None:
         """Period doubling at which a branch of doubled orbits retraces itself.
@@ -176,7 +156,10 @@ class Links:
         It is sought on the orbit of half the period beyond it, since border collisions may hide it.
         """
         turn = max(branch.points, key=lambda point: side * point.value)
-        states, (low, high) = stroboscopic(turn.orbit), self._between(cell, side)
+        states, (low, high) = (
+            stroboscopic(turn.orbit),
+            sorted(self.values[[cell[0], cell[0] + side]]),
+        )
         near = 1e-3 * (high - low)  # far enough beyond the turn, and near enough to be its doubling
         at = turn.value + side * near
         if len(states) % 2 or not low < at < high:

@@ -16,13 +16,12 @@ from capsule_sym._errors import Status, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields, record
-from capsule_sym._orbits.metrics.performance import drive_force
+from capsule_sym._orbits.metrics.performance import drive_force, drive_work
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import Scene, SceneDevice, SceneParameters
+from capsule_sym._parameters import SceneDevice, SceneParameters
 from capsule_sym._systems import System, dimensionless
 
-_BEFORE = 2  # excitation periods shown before the pulse
-Interval = tuple[float, float]
+_BEFORE, _AFTER = 2, 4  # excitation periods shown before the pulse, and after its transient
 
 
 class PulseWindow(NamedTuple):
@@ -59,26 +58,19 @@ class Pulse(Result, Labelled):
     parameter: str
     """Name of the parameter that the pulse changes."""
     windows: tuple[PulseWindow, ...]
-    """All pulses found that lead to the end, each with its `periods`, the period of the motion in
-    which it `begins`, and its range of values, `low` to `high`."""
+    """All pulses found that lead to the end: named tuples of `periods`, `begins`, `low`, `high`."""
     status: Status
     """Status of the search."""
     message: str
     """Status as a sentence."""
     value: float = math.nan
     """Value of the parameter during the pulse."""
+    interval: tuple[float, float] = math.nan, math.nan
+    """Range of values around `value` that also lead to the end, all else being equal."""
     periods: int = 0
     """Number of periods of the changed drive."""
     begins: int = 0
     """Period of the start motion, from 0, in which the pulse begins, in the state `state`."""
-    state: tuple[float, ...] = (math.nan,) * 3
-    """(x_r, v_r, v_c) at forcing angle 0, at the start of the pulse."""
-    interval: Interval = math.nan, math.nan
-    """Range of values around `value` that also lead to the end, all else being equal."""
-    work: float = math.nan
-    """Work of the drive during the pulse."""
-    transient: int = 0
-    """Excitation periods after the pulse until the motion is within 0.1 % of its end."""
     _recorded = "parameter value periods begins state interval work duration transient"
 
     def __repr__(self) -> str:
@@ -88,31 +80,47 @@ class Pulse(Result, Labelled):
         return brief(self, f"{counted(self.periods, 'period')}, {self.status}", drive)
 
     @property
-    def scene(self) -> Scene:
-        """Scene of the system."""
-        return self.system.scene
-
-    @property
-    def duration(self) -> float:
-        """Duration of the pulse."""
-        return self.times[1] - self.times[0] if self.periods else 0.0
-
-    @property
     def drives(self) -> tuple[SceneParameters, SceneParameters]:
         """Dimensionless parameters without and with the pulse."""
         return dimensionless(self.system), pulsed(self.system, self.parameter, self.value)
 
+    @property
+    def state(self) -> tuple[float, ...]:
+        """(x_r, v_r, v_c) at forcing angle 0, at the start of the pulse."""
+        units = [unit_of(self.system, name) for name in ("x_r", "v_r", "v_c")]
+        begin = stroboscopic(self.start)[self.begins] if self.periods else np.full(3, math.nan)
+        return tuple((begin * units).tolist())
+
     @cached_property
     def runs(self) -> tuple[Trajectory, Trajectory, Trajectory]:
-        """Runs of two periods before the pulse, during it, and until it settles; dimensionless."""
+        """Runs of two periods before the pulse, during it, and after it; dimensionless."""
         assert self.periods
         usual, changed = self.drives
         marks = stroboscopic(self.start)
         state = marks[(self.begins - _BEFORE) % len(marks)].tolist()
         before = simulate(usual, state, periods=_BEFORE)
         pulse = simulate(changed, marks[self.begins].tolist(), periods=self.periods)
-        after = simulate(usual, pulse.final[1], periods=self.transient + 4)
-        return before, pulse, after
+        return before, pulse, simulate(usual, pulse.final[1], periods=longest(self.end))
+
+    @property
+    def work(self) -> float:
+        """Work of the drive during the pulse."""
+        return drive_work(self.runs[1]) * unit_of(self.system, "work") if self.periods else math.nan
+
+    @cached_property
+    def transient(self) -> int:
+        """Excitation periods after the pulse until the motion is within 0.1 % of its end."""
+        if not self.periods:
+            return 0
+        states, marks = self.runs[2].stroboscopic, stroboscopic(self.end)
+        apart = abs(states[:, None] - marks).max(axis=2).min(axis=1)
+        near = apart <= 1e-3 * (1 + abs(marks).max())
+        return len(near) - int(near[::-1].cumprod().sum())
+
+    @property
+    def duration(self) -> float:
+        """Duration of the pulse."""
+        return self.times[1]
 
     @property
     def times(self) -> tuple[float, float, float]:
@@ -120,8 +128,7 @@ class Pulse(Result, Labelled):
         if not self.periods:
             return 0.0, 0.0, 0.0
         usual, changed = self.drives
-        end = self.periods * changed.period
-        second = unit_of(self.system, "duration")
+        end, second = self.periods * changed.period, unit_of(self.system, "duration")
         return 0.0, end * second, (end + self.transient * usual.period) * second
 
     @property
@@ -134,16 +141,15 @@ class Pulse(Result, Labelled):
         if not self.periods:
             return {name: np.zeros(0) for name in names}
         own = getattr(self.system, self.parameter)
+        values, lengths = (own, self.value, own), (_BEFORE, self.periods, self.transient + _AFTER)
         # Time and place are 0 at the start of the pulse.
         rows, before = list[Vector](), self.runs[0]
         begin, place = -before.span[1], -float(before.advance)
-        for run, value in zip(self.runs, (own, self.value, own), strict=True):
-            times = np.arange(0, run.final[0].period, 0.01) * run.parameters.period
+        for run, value, length in zip(self.runs, values, lengths, strict=True):
+            times = np.arange(0, length, 0.01) * run.parameters.period
             x_r, *_, x_c = run(times, position=True).T
-            force = drive_force(run, times)
-            rows.append(
-                np.array([times + begin, np.full(len(times), value), force, x_r, x_c + place])
-            )
+            force, changed = drive_force(run, times), np.full(len(times), value)
+            rows.append(np.array([times + begin, changed, force, x_r, x_c + place]))
             begin, place = begin + run.span[1], place + float(run.advance)
         units = ("duration", "", "peak_force", "x_r", "x_c")
         scales = [unit_of(self.system, unit) if unit else 1.0 for unit in units]
@@ -159,6 +165,15 @@ class Pulse(Result, Labelled):
 def pulsed(system: System, name: str, value: float) -> SceneParameters:
     """Dimensionless parameters during the pulse."""
     return dimensionless(system.replace(**{name: value}))
+
+
+def longest(end: Orbit) -> int:
+    """Excitation periods in which a pulse leads to an orbit, or counts as leading elsewhere.
+
+    The orbit attracts by e^14, to 1e-6, in the time beyond 512 of them.
+    """
+    rate = -math.log(max(abs(end.multipliers[0]), 1e-3))
+    return 512 + math.ceil(14 * end.itinerary.period_number / rate)
 
 
 def unit_of(system: System, quantity: str) -> float:

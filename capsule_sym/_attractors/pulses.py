@@ -2,31 +2,35 @@
 
 The pulse begins at forcing angle 0, in one of the periods of the motion, and has whole periods of
 the changed drive. Then the drive is restored, and the motion settles on the other attractor.
+
+Values on a grid are tried. Where neighbours lead to different attractors a value between them is
+tried, down to a least spacing: this bisects the ends of windows, and finds narrower windows beside
+the boundaries of basins.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
-from capsule_sym._attractors.boundary import SHARE
-from capsule_sym._attractors.destinations import known_orbits
-from capsule_sym._attractors.neighbourhoods import stroboscopic
-from capsule_sym._attractors.pulse import Interval, Pulse, PulseWindow, pulsed, unit_of
-from capsule_sym._attractors.pulse_search import PulseRuns, checked, intervals
-from capsule_sym._errors import Status, counted
-from capsule_sym._map import simulate
-from capsule_sym._map.checks import check_count, checked_seconds
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._arrays import Vector
+from capsule_sym._attractors.destinations import Arrivals, known_orbits
+from capsule_sym._attractors.neighbourhoods import NONE, SHARE
+from capsule_sym._attractors.pulse import Pulse, PulseWindow, longest, pulsed
+from capsule_sym._errors import InvalidInput, Status, counted
+from capsule_sym._map.checks import check_count, check_start, checked_ends, checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._orbits.metrics.performance import drive_work
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.symmetry import whole_orbit
+from capsule_sym._orbits.shooting.symmetry import same, whole_orbit
 from capsule_sym._parameters import SceneDevice
-from capsule_sym._systems import System
+from capsule_sym._systems import System, check_parameter, dimensionless, drives
 
 _INSIDE = 100  # values within a window by which it is confirmed: a finer structure is found
-_LONGEST = 2**16  # excitation periods within which a transient is looked for
+_FINEST = 1e-9  # least spacing of values, over the range: the accuracy of a window's ends
+_END = 1  # number of the end attractor among the known ones
 
 
 def switch_by_pulse(
@@ -91,7 +95,7 @@ def switch_by_pulse(
     See Also
     --------
     attractors : orbits to choose from.
-    plot_pulse : figure of the result.
+    plot : figure of the result.
 
     Examples
     --------
@@ -109,99 +113,114 @@ def switch_by_pulse(
     omega = 0.4676 for 1 period
     """
     system = start.parameters if base is None else base
-    name, bounds = checked(start, end, over, system)
+    if dimensionless(system) != start.parameters:
+        allowed = "the parameters of the orbits, or a device that has them"
+        raise InvalidInput("base", system, allowed)
+    name, ends = _bounds(over, system)
     check_count("most_periods", most_periods, 1, 1000)
     check_count("values", values, 9, 10**6)
-    start, end = whole_orbit(start), whole_orbit(end)
-    search = _Search(start, end, system, name, bounds, progress or (lambda said: None))
+    search = PulseSearch(start, end, system, name)
     with Watch(checked_seconds(max_seconds)):
-        search.run(most_periods, values)
-    ends = start, end, system, name
-    return Pulse(*ends, tuple(search.windows), search.status, search.message, **search.found)
+        search.run(ends, most_periods, values, progress or (lambda said: None))
+    found: dict[str, Any] = {}
+    if (best := search.best) is not None:
+        found = {"value": (best.low + best.high) / 2, "interval": (best.low, best.high)}
+        found |= {"periods": best.periods, "begins": best.begins}
+    windows = tuple(search.windows)
+    return Pulse(*search.ends, system, name, windows, search.status, search.message, **found)
 
 
-@dataclass
-class _Search:
-    """Windows of pulses, and the best pulse so far."""
+class PulseSearch:
+    """Windows of pulses of the fewest periods, and the widest one, `best`."""
 
-    start: Orbit
-    end: Orbit
-    system: System
-    name: str
-    bounds: Interval
-    report: Callable[[str], object]
-    windows: list[PulseWindow] = field(default_factory=list)
-    found: dict[str, Any] = field(default_factory=dict)
-    """Fields of the best pulse so far, that in the middle of the widest window."""
-    status: Status = Status.TIME_LIMIT
-    message: str = "time limit reached before the last pulse"
+    def __init__(self, start: Orbit, end: Orbit, system: System, name: str) -> None:
+        self.ends = whole_orbit(start), whole_orbit(end)
+        self.known = known_orbits(self.ends, share=SHARE)
+        if same(*self.ends):
+            raise InvalidInput("end", str(end.itinerary), "another orbit than the start")
+        self.name, self.factor = name, 1.0
+        if isinstance(system, SceneDevice):
+            name, self.factor = system.tie(name)
+        self.column = system.scene.facts.PARAMETERS.index(name)
+        self.windows = list[PulseWindow]()
+        self.best: PulseWindow | None = None
+        self.status, self.message = Status.TIME_LIMIT, "time limit reached before the last pulse"
 
-    def run(self, most: int, values: int) -> None:
+    def run(
+        self,
+        ends: tuple[float, float],
+        most: int,
+        values: int,
+        report: Callable[[str], object],
+    ) -> None:
         """Find the windows of the fewest periods, and confirm the widest one."""
-        known = known_orbits([self.start, self.end], share=SHARE)
-        tied, factor = self.name, 1.0
-        if isinstance(self.system, SceneDevice):
-            tied, factor = self.system.tie(tied)
-        column = self.system.scene.facts.PARAMETERS.index(tied)
-        runs = PulseRuns(known, known.cycles[0][0].states, column, factor)
         for periods in range(1, most + 1):
-            self.report(f"pulses of {periods} of {counted(most, 'period')}")
-            found = self.of_periods(runs, periods, values)
-            self.windows += found or self.of_periods(runs, periods, 4 * values)
-            whole = set[PulseWindow]()
+            report(f"pulses of {periods} of {counted(most, 'period')}")
+            begins = range(len(self.known.cycles[0][0].states))
+            every = [PulseWindow(periods, begin, *ends) for begin in begins]
+            for count in (values, 4 * values):
+                if not self.windows:
+                    self.windows = [part for one in every for part in self.parts(one, count)]
             while self.windows:
-                best = max(self.windows, key=lambda one: (one.width, one))
-                if best in whole:
+                self.best = best = max(self.windows, key=lambda one: (one.width, one))
+                parts = self.parts(best, _INSIDE)
+                if parts == [best]:
                     self.status = Status.FOUND
                     self.message = "the pulse leads to the other attractor"
                     return
-                self.found = self.measured(best)  # now: no run starts after the time limit
-                whole.update(self.confirmed(runs, best))
-        over = "{} from {:.6g} to {:.6g}".format(self.name, *self.bounds)
+                at = self.windows.index(best)
+                self.windows[at : at + 1] = parts
+        over = "{} from {:.6g} to {:.6g}".format(self.name, *ends)
         pulses = f"of at most {counted(most, 'period')} with {over}"
-        self.status, self.found = Status.NO_PULSE, {}
+        self.status, self.best = Status.NO_PULSE, None
         self.message = f"no pulse {pulses} leads to the other attractor"
 
-    def of_periods(self, runs: PulseRuns, periods: int, values: int) -> list[PulseWindow]:
-        """Windows of pulses of so many periods, from each period of the start."""
-        return [
-            PulseWindow(periods, begins, *part)
-            for begins in range(len(runs.starts))
-            for part in intervals(runs, periods, begins, *self.bounds, values)
-        ]
+    def parts(self, window: PulseWindow, count: int) -> list[PulseWindow]:
+        """Parts of a range in which pulses lead to the end, ascending, from `count` values on."""
+        values = np.linspace(window.low, window.high, count)
+        reached = self.reached(window, values)
+        most = 10 * count  # beside a fractal boundary values differ down to the least spacing
+        while len(values) < most:
+            gaps = np.diff(values)
+            differ = (np.diff(reached) != 0) & (gaps > _FINEST * (window.high - window.low))
+            # The widest gaps first, if there is no room for all.
+            chosen = np.flatnonzero(differ)[np.argsort(-gaps[differ], kind="stable")]
+            if not chosen.size:
+                break
+            chosen = chosen[: most - len(values)]
+            between = values[chosen] + gaps[chosen] / 2
+            order = np.argsort(joined := np.append(values, between), kind="stable")
+            reached = np.append(reached, self.reached(window, between))[order]
+            values = joined[order]
+        leads = np.concatenate([[False], reached == _END, [False]])
+        ends = np.flatnonzero(np.diff(leads.astype(int)))
+        found = zip(values[ends[::2]].tolist(), values[ends[1::2] - 1].tolist(), strict=True)
+        return [window._replace(low=low, high=high) for low, high in found]
 
-    def confirmed(self, runs: PulseRuns, window: PulseWindow) -> list[PulseWindow]:
-        """Parts of a window by more values within it; they replace the window."""
-        of = window.periods, window.begins
-        parts = intervals(runs, *of, window.low, window.high, _INSIDE)
-        at = self.windows.index(window)
-        self.windows[at : at + 1] = (found := [PulseWindow(*of, *part) for part in parts])
-        return found
+    def reached(self, window: PulseWindow, values: Vector) -> NDArray[np.int16]:
+        """Number of the attractor to which each pulse of these values leads, (n,)."""
+        rows = self.known.rows.repeat(len(values), axis=0)
+        rows[:, self.column] = values * self.factor
+        begin = self.known.cycles[0][0].states[[window.begins]].repeat(len(values), axis=0)
+        after = self.known.run(rows, begin, 0.0, window.periods)
+        runs, row = Arrivals.begun(after.states), np.zeros(len(values), np.intp)
+        self.known.destination(row, runs, 0.0, longest(self.ends[1]))
+        return np.where(after.success, runs.numbers, NONE)
 
-    def measured(self, window: PulseWindow) -> dict[str, Any]:
-        """Fields of the result that describe the pulse in the middle of a window."""
-        value, begin = (window.low + window.high) / 2, stroboscopic(self.start)[window.begins]
-        drive = pulsed(self.system, self.name, value)
-        pulse = simulate(drive, begin.tolist(), periods=window.periods)
-        units = [unit_of(self.system, name) for name in ("x_r", "v_r", "v_c")]
-        return {
-            "value": value,
-            "periods": window.periods,
-            "begins": window.begins,
-            "state": tuple((begin * units).tolist()),
-            "interval": (window.low, window.high),
-            "work": drive_work(pulse) * unit_of(self.system, "work"),
-            "transient": self.transient(pulse.final[1]),
-        }
 
-    def transient(self, begin: Any) -> int:
-        """Excitation periods after a pulse until the motion is within 0.1 % of the end."""
-        marks, length = stroboscopic(self.end), 64
-        limit = 1e-3 * (1 + abs(marks).max())
-        while True:
-            run = simulate(self.end.parameters, begin, periods=length, keep="stroboscopic")
-            apart = abs(run.stroboscopic[:, None, :] - marks).max(axis=2).min(axis=1)
-            last = len(apart) - int((apart <= limit)[::-1].cumprod().sum())
-            if last + len(marks) < length or length >= _LONGEST:
-                return last
-            length *= 2
+def _bounds(
+    over: Mapping[str, Sequence[float]] | None, system: System
+) -> tuple[str, tuple[float, float]]:
+    """Parameter that the pulse changes, and its bounds; raises InvalidInput for others."""
+    allowed = drives(system)
+    name = next(iter(allowed))
+    over = {name: (0.0, 2 * getattr(system, name))} if over is None else over
+    for name in over:
+        check_parameter("over", name, system)
+    if len(over) != 1 or not {*over} <= {*allowed}:
+        raise InvalidInput("over", over, f"bounds of one of {', '.join(allowed)}")
+    ((name, given),) = over.items()
+    ends = checked_ends(f"bounds of {name}", given)
+    for one in ends:
+        check_start(pulsed(system, name, one), (0.0, 0.0, 0.0), 0.0, 1)
+    return name, ends

@@ -11,19 +11,17 @@ from typing import Any
 import numpy as np
 
 from capsule_sym._arrays import Vector
-from capsule_sym._attractors.boundary import Basin
+from capsule_sym._attractors.attractor import orbit_record
 from capsule_sym._attractors.smallest import ACCURACY, KnockSearch
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
-from capsule_sym._map.result import Result, brief, plain, record
+from capsule_sym._map.evaluation import real
+from capsule_sym._map.result import Result, brief
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
-from capsule_sym._parameters import Scene
 
-_SAMPLES = 100, 10_000_000  # final knocks: enough to say something; some hours
-_LONGEST = 64, 1_000_000  # excitation periods within which a run has to return
 _DRAWN = 1e-3  # share of the knock by which the runs that are drawn start beside the boundary
 _SHOWN = 64  # excitation periods of these runs
 
@@ -60,15 +58,10 @@ class Shock(Result):
     """Status as a sentence."""
     accuracy: float = ACCURACY
     """Relative accuracy of the size."""
-    _recorded = "size accuracy phase tried"
+    _recorded = "size accuracy phase tried weights"
 
     def __repr__(self) -> str:
         return brief(self, str(self.status), f"of size {self.size:.6g}")
-
-    @property
-    def scene(self) -> Scene:
-        """Scene of the motion."""
-        return self.orbit.scene
 
     @property
     def state(self) -> Vector | None:
@@ -94,25 +87,13 @@ class Shock(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""
-        found = super().to_dict() | {"parameters": self.orbit.parameters.to_dict()}
-        found["weights"] = [one if one < math.inf else None for one in self.weights]
-        for key in ("knock", "start", "state"):
-            state = getattr(self, key)
-            names = () if state is None else self.scene.facts.STATE
-            found[key] = dict(zip(names, plain(state) or (), strict=True)) or None
-        orbits = {"motion": self.orbit, "attractor": self.attractor}
-        for key, orbit in orbits.items():
-            found[key] = None if orbit is None else _orbit_record(orbit)
-        return {**self.scene.entry, **found}
-
-
-def _orbit_record(orbit: Orbit) -> dict[str, Any]:
-    return {
-        "itinerary": [f"F{field}" for field in orbit.itinerary.whole.fields],
-        "period_number": orbit.itinerary.period_number,
-        "progression": float(orbit.progression),
-        **record(orbit, "multipliers"),
-    }
+        scene, orbits = self.orbit.scene, {"motion": self.orbit, "attractor": self.attractor}
+        found = {**scene.entry, **super().to_dict(), "parameters": self.orbit.parameters.to_dict()}
+        for name in ("knock", "start", "state"):
+            state = getattr(self, name)
+            values = [] if state is None else zip(scene.facts.STATE, state.tolist(), strict=True)
+            found[name] = dict(values) or None
+        return found | {name: orbit and orbit_record(orbit) for name, orbit in orbits.items()}
 
 
 def minimal_shock(
@@ -120,7 +101,6 @@ def minimal_shock(
     *,
     weights: Sequence[float] = (1.0, 1.0, 1.0),
     largest: float | None = None,
-    others: Sequence[Orbit] = (),
     periods: int | None = None,
     samples: int = 10_000,
     seed: int = 0,
@@ -152,8 +132,6 @@ def minimal_shock(
     largest : float, optional, finite and above 0
         Largest size that is tried, dimensionless. The default is 4 times 1 + the largest size of
         x_r, v_r and v_c on the motion, times the least weight.
-    others : sequence of Orbit, default ()
-        Known attractors at the same parameters. Missing ones are found during the search.
     periods : int, optional, 64 to 1,000,000
         Excitation periods within which a motion has to return. The default is 1024 plus the time in
         which the motion attracts by e^20.
@@ -176,11 +154,11 @@ def minimal_shock(
     Raises
     ------
     InvalidInput
-        For a value outside its range, an orbit that is not stable, and others at other parameters.
+        For a value outside its range, and an orbit that is not stable.
 
     See Also
     --------
-    plot_shock : figure of the result.
+    plot : figure of the result.
     attractors : attractors that starts lead to.
 
     Examples
@@ -199,51 +177,45 @@ def minimal_shock(
     [0.5516, -0.7019]
     """
     if periods is not None:
-        check_count("periods", periods, *_LONGEST)
-    check_count("samples", samples, *_SAMPLES)
+        check_count("periods", periods, 64, 10**6)
+    check_count("samples", samples, 100, 10**7)
     check_count("seed", seed, 0, 2**63)
     units = _units(weights)
     if largest is not None and not (is_real(largest) and 0 < largest < math.inf):
         raise InvalidInput("largest", largest, "a finite number > 0")
-    watch, basin, beyond = Watch(checked_seconds(max_seconds)), Basin(orbit, others, periods), None
-    search = KnockSearch(basin, units, largest, samples, seed, progress)
-    found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
-    with watch:
-        search.run()
+    search, beyond = KnockSearch(orbit, units, largest, periods, seed), None
+    with Watch(checked_seconds(max_seconds)):
+        search.run(samples, progress or (lambda said: None))
         if search.best is not None:
-            (time,), (state,) = search.starts(search.best[None])
-            given = state.tolist(), float(np.mod(time, basin.period)), basin.periods
-            settled = solve_orbit(orbit.parameters, *given)
+            (time,), _, (state,) = search.starts(search.best[None])
+            settled = solve_orbit(orbit.parameters, state, time % search.period, search.periods)
             beyond = settled if settled.success else None
+    found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
     if search.best is not None:
-        times, (state,) = search.starts(search.best[None])
-        (start,) = basin.state(times)
-        found = {"knock": state - start, "phase": float(times[0]), "start": start}
+        (time,), (start,), (state,) = search.starts(search.best[None])
+        found = {"knock": state - start, "phase": float(time), "start": start}
     return Shock(
-        orbit=basin.orbit,
+        orbit=search.orbit,
         weights=tuple(weights),
         size=search.radius,
         attractor=beyond,
         tried=search.tried,
         status=search.status,
-        message=_message(search, beyond),
+        message=_message(search, samples, beyond),
         **found,
     )
 
 
 def _units(weights: Sequence[float]) -> Vector:
     """Knocks of size 1 along each allowed component, shape (3, m)."""
-    try:
-        given = np.array([float(one) for one in weights])
-    except (TypeError, ValueError):
-        given = np.zeros(0)
+    allowed = "three numbers > 0, inf for a component without a knock, not all inf"
+    given = real("weights", weights, allowed)
     if given.shape != (3,) or not (given > 0).all() or np.isinf(given).all():
-        allowed = "three numbers > 0, inf for a component without a knock, not all inf"
         raise InvalidInput("weights", weights, allowed)
     return np.diag(1 / given)[:, np.isfinite(given)]
 
 
-def _message(search: KnockSearch, attractor: Orbit | None) -> str:
+def _message(search: KnockSearch, samples: int, attractor: Orbit | None) -> str:
     """Status of a search, as a sentence."""
     tried = counted(search.tried, "knock")
     if search.status is Status.NOT_LOST:
@@ -252,9 +224,6 @@ def _message(search: KnockSearch, attractor: Orbit | None) -> str:
         return "time limit reached before a knock was found that loses the motion"
     if search.status is Status.TIME_LIMIT:
         return f"time limit reached: smallest of {tried} so far"
-    where = "to another motion" if attractor is not None else "to no periodic motion"
-    before = counted(search.tried - search.samples, "knock was", "knocks were")
-    return (
-        f"beyond the boundary runs lead {where}; {before} tried to find it, then "
-        f"{counted(search.samples, 'smaller one')}, after which the motion returned"
-    )
+    where = "another motion" if attractor is not None else "no periodic motion"
+    smaller = counted(samples, "smaller knock")
+    return f"runs beyond it lead to {where}; the motion returns after {smaller}"

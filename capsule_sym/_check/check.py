@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from itertools import groupby, pairwise
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._check.growth import growth_of_errors
-from capsule_sym._check.matching import Pair, matched
+from capsule_sym._check.matching import matched
 from capsule_sym._check.switch_check import Cause, Difference, Entered, SwitchCheck
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, evaluation, simulate
 from capsule_sym._map.backend import backend
+from capsule_sym._map.labelled import package
 from capsule_sym._parameters import Scene, SceneParameters
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 _MOST = 10_000  # switches, which the table of the comparison has room for
 _SLACK = 0.125  # of a period of the drive or of the spring: times that are closer may be one
@@ -43,8 +47,9 @@ def check_switches(
     segments before it. From `horizon` on no double can follow the motion, and switches are not
     compared. The exact run stops after `max_seconds`; switches are then compared up to there.
 
-    A switch counts as found if its time is wrong by less than an eighth of a period. It is the
-    period of the drive or of the mass on its spring, whichever is shorter.
+    A switch counts as found if its time is wrong by less than an eighth of a period, and no other
+    switch of the same kind is nearer. It is the period of the drive or of the mass on its spring,
+    whichever is shorter.
 
     Parameters
     ----------
@@ -75,7 +80,7 @@ def check_switches(
     -------
     SwitchCheck
         `success` is False if a switch is missed or invented; `differences` has these with their
-        cause. `errors`, `growth`, `segment_error` and `tolerance` give the sizes. All are
+        cause. `switches`, `errors`, `segment_error` and `tolerance` give the sizes. All are
         dimensionless.
 
     Raises
@@ -126,21 +131,19 @@ def check_switches(
     why = "no double can follow"
     if not truth.success:
         horizon, why = truth.span[1], f"the exact run stopped: {truth.message}"
-    entered = zip(map(float, _times(truth)), truth.segments[1:], strict=False)
-    exact = tuple(Entered(t, one.name) for t, one in entered if t < min(horizon, until))
-    timed = zip(found.tolist(), names, strict=True)
-    given = tuple(Entered(time, name) for time, name in timed if time < horizon)
-    pairs = matched(_columns(exact), _columns(given), slack, min(last, horizon - slack))
-    errors = np.full(len(pairs), np.nan)
-    for k, (a, b) in enumerate(pairs):
-        if a is not None and b is not None:
-            errors[k] = given[b].time - exact[a].time
-    growth = growth[: len(exact)]
-    own = _segment_error(pairs, errors, exact, growth, resolution)
-    differences = _differences(exact, given, pairs, growth, own, tolerance)
-    message = _message(differences, len(given), horizon, why)
-    rest = own, horizon, tuple(differences), tolerance, message
-    return SwitchCheck(exact, given, tuple(pairs), errors, growth, *rest)
+    table = package("pandas").DataFrame
+    entered = np.array([one.name for one in truth.segments[1:]], str)
+    exact = table({"exact": np.array(_times(truth), float), "event": entered})
+    exact = exact[exact["exact"] < min(horizon, until)]
+    exact = exact.assign(growth=growth[: len(exact)])
+    own = table({"given": found, "event": np.array(names, str)})
+    own = own[own["given"] < horizon]
+    rows = matched(exact, own, slack, min(last, horizon - slack))
+    error = _segment_error(rows, resolution)
+    differences = tuple(_differences(rows, exact, error, tolerance))
+    message = _message(differences, len(own), horizon, why)
+    switches = rows[["event", "exact", "given", "growth"]]
+    return SwitchCheck(switches, error, horizon, differences, tolerance, message)
 
 
 def _named(scene: Scene, event: object, row: int) -> str:
@@ -178,65 +181,44 @@ def _times(run: Trajectory) -> list[Any]:
         return [one.end.period * period + one.end.phase for one, _ in pairwise(run.segments)]
 
 
-def _columns(events: Sequence[Entered]) -> tuple[NDArray[np.float64], list[str]]:
-    return np.array([one.time for one in events], float), [one.event for one in events]
-
-
 def _differences(
-    exact: tuple[Entered, ...],
-    given: tuple[Entered, ...],
-    pairs: list[Pair],
-    growth: NDArray[np.float64],
-    own: float | None,
-    used: float | None,
-) -> list[Difference]:
+    rows: DataFrame, exact: DataFrame, error: float | None, used: float | None
+) -> Iterator[Difference]:
     """Differences of matched lists, by the error of a segment and the tolerance, if known."""
-    found = list[Difference]()
-    for parted, group in groupby(pairs, key=lambda pair: None in pair):
-        if not parted:
-            continue
-        alone = list(group)
-        missed = [pair.true for pair in alone if pair.true is not None]
-        invented = tuple(given[pair.given] for pair in alone if pair.given is not None)
-        gap, needed = _resolved(missed, exact, growth)
-        cause = Cause.EARLIER if found else _cause(own, used, needed)
-        found.append(Difference(tuple(exact[k] for k in missed), invented, cause, gap, needed))
-    return found
+    first, alone = True, rows[["exact", "given"]].isna().any(axis=1)
+    for _, group in rows[alone].groupby((~alone).cumsum()[alone]):
+        missed, invented = group[group["given"].isna()], group[group["exact"].isna()]
+        gap, needed = _resolved(missed["place"].astype(int).tolist(), exact)
+        cause = _cause(error, used, needed) if first else Cause.EARLIER
+        true = tuple(map(Entered, missed["exact"].tolist(), missed["event"]))
+        own = tuple(map(Entered, invented["given"].tolist(), invented["event"]))
+        yield Difference(true, own, cause, gap, needed)
+        first = False
 
 
-def _segment_error(
-    pairs: Sequence[Pair],
-    errors: NDArray[np.float64],
-    exact: Sequence[Entered],
-    growth: NDArray[np.float64],
-    resolution: float,
-) -> float | None:
+def _segment_error(rows: DataFrame, resolution: float) -> float | None:
     """Least error of a segment's state that explains the times before the first difference."""
-    found = []
-    for pair, error in zip(pairs, errors, strict=True):
-        if pair.true is None or pair.given is None:
-            break
-        shown = max(resolution, float(np.spacing(exact[pair.true].time)))
-        if 0 < growth[pair.true] < math.inf:
-            found.append(max(abs(error) - shown, 0.0) / growth[pair.true])
-    return float(max(found)) if found else None
+    alone, growth = rows[["exact", "given"]].isna().any(axis=1), rows["growth"]
+    before = rows[~alone.cummax() & (growth > 0) & (growth < math.inf)]
+    shown = np.maximum(resolution, np.spacing(before["exact"]))
+    error = (abs(before["given"] - before["exact"]) - shown).clip(lower=0.0) / before["growth"]
+    return float(error.max()) if len(error) else None
 
 
-def _resolved(
-    missed: Sequence[int], exact: Sequence[Entered], growth: NDArray[np.float64]
-) -> tuple[float | None, float | None]:
+def _resolved(missed: Sequence[int], exact: DataFrame) -> tuple[float | None, float | None]:
     """Least time beside missed switches, and the error with which two of them would merge.
 
     Between two zeros that are a time d apart a guard rises to a quarter of its slope times d: an
     error that moves a switch by a quarter of d, to the first order, takes both away.
     """
     beside = {k for one in missed for k in (one - 1, one) if 0 <= k < len(exact) - 1}
-    both = {k for k in beside if {k, k + 1} <= set(missed)}
-    gaps = {(k, k + 1): exact[k + 1].time - exact[k].time for k in both or beside}
-    if not gaps:
+    first = [*({k for k in beside if {k, k + 1} <= set(missed)} or beside)]
+    if not first:
         return None, None
-    needed = [gap / (4 * growth[list(pair)].max()) for pair, gap in gaps.items()]
-    return min(gaps.values()), float(min(needed))
+    times, growth = exact[["exact", "growth"]].to_numpy().T
+    after = np.array(first) + 1
+    gaps = times[after] - times[first]
+    return float(gaps.min()), float((gaps / (4 * np.maximum(growth[first], growth[after]))).min())
 
 
 def _cause(own: float | None, used: float | None, needed: float | None) -> Cause:

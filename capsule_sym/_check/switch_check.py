@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._check.matching import Pair
 from capsule_sym._map.result import brief
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 @dataclass(frozen=True)
@@ -60,16 +61,12 @@ class Difference:
 class SwitchCheck:
     """Switches of an integrator beside the exact ones; all dimensionless."""
 
-    exact: tuple[Entered, ...]
-    """The exact switches, by 50 digits, up to where a double can follow the motion."""
-    given: tuple[Entered, ...]
-    """The switches given up to there."""
-    pairs: tuple[Pair, ...]
-    """Places in both lists, in the order of time; None where a list has no such switch."""
-    errors: NDArray[np.float64]
-    """Given time less exact time of each pair, nan where one is missing; shape (pairs,)."""
-    growth: NDArray[np.float64]
-    """Largest shift of each exact switch by errors of size 1, one a segment; shape (exact,)."""
+    switches: DataFrame
+    """Table of the switches up to the horizon, a row for each, in the order of time.
+
+    `event`, times `exact`, by 50 digits, and `given`, nan where one has no such switch, and
+    `growth`: largest shift of the exact one by errors of size 1, one a segment.
+    """
     segment_error: float | None
     """Error that some segment's state has at least, by the switches before the first difference.
 
@@ -94,14 +91,9 @@ class SwitchCheck:
         return min((one.needed for one in self.differences if one.needed), default=None)
 
     @property
-    def latest(self) -> tuple[float, Entered, float] | None:
-        """Largest error of a time before the first difference, its exact switch, and the growth."""
-        first = next((k for k, one in enumerate(self.pairs) if None in one), len(self.pairs))
-        if not first:
-            return None
-        k = int(np.argmax(np.abs(self.errors[:first])))
-        place = self.pairs[k].true or 0
-        return float(self.errors[k]), self.exact[place], float(self.growth[place])
+    def errors(self) -> NDArray[np.float64]:
+        """Given time less exact time of each row, nan where one is missing; shape (rows,)."""
+        return np.asarray(self.switches["given"] - self.switches["exact"])
 
     @property
     def tolerance(self) -> float | None:
@@ -114,28 +106,14 @@ class SwitchCheck:
         found = self.needed / max((self.segment_error or 0.0) / self.used, 1.0)
         return found if found <= self.used else None
 
-    def record(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """The comparison as a plain record."""
-        switches = []
-        for (a, b), error in zip(self.pairs, self.errors.tolist(), strict=True):
-            true = None if a is None else self.exact[a]
-            given = None if b is None else self.given[b]
-            switches.append(
-                {
-                    "event": getattr(true or given, "event", None),
-                    "exact": true and true.time,
-                    "given": given and given.time,
-                    "error": error if true and given else None,
-                    "growth": None if a is None else float(self.growth[a]),
-                }
-            )
-        names = ("message", "segment_error", "needed", "tolerance")
+        names = ("message", "segment_error", "needed", "tolerance", "horizon")
         return {
             "right": self.success,
             **{name: getattr(self, name) for name in names},
-            "horizon": None if self.horizon == math.inf else self.horizon,
             "differences": [asdict(one) for one in self.differences],
-            "switches": switches,
+            "switches": self.switches.assign(error=self.errors).to_dict("records"),
         }
 
     def __repr__(self) -> str:

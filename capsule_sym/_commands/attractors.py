@@ -76,10 +76,9 @@ def attractors(
             found = capsule_sym.continue_attractors(parameters, name, values, starts, **how)
     extra = {}
     if device is not None:
-        name, extra["attractors"] = "progression", found.to_dict()["attractors"]
-        key = f"{name}s" if over else name
+        extra["attractors"], metre = found.to_dict()["attractors"], device.scale("progression")
         for one in extra["attractors"]:
-            one["si"] = {f"{key} [m]": (array(one[key]) * device.scale(name)).tolist()}
+            one["si"] = {"progression [m]": (array(one["progression"]) * metre).tolist()}
     drawn = over is not None
     present.report(found, "attractors", out, as_json, extra, device=device, drawn=drawn)
     present.end(found, limit)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import click
 
@@ -13,9 +13,6 @@ from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
 from capsule_sym._texts import bars
 
-if TYPE_CHECKING:
-    from capsule_sym._native import Watch
-
 
 @command()
 def pulse(
@@ -24,7 +21,6 @@ def pulse(
     state: options.State = (0.0, 0.0, 0.0),
     to: Annotated[options.Triple | None, option(metavar="X_R V_R V_C")] = None,
     between: Annotated[tuple[int, int] | None, option(metavar="FROM TO")] = None,
-    reverse: bool = False,
     windows: options.Windows,
     over: options.Over,
     most_periods: Annotated[int, signature.between(1, 1000, "--max-periods")] = 8,
@@ -49,8 +45,6 @@ def pulse(
         State that leads to the target motion.
     between
         Numbers of the two motions among the attractors of the ranges below.
-    reverse
-        Target: the fastest of these attractors in the opposite direction.
     most_periods
         Most periods of the pulse.
     out
@@ -58,66 +52,32 @@ def pulse(
     """
     from capsule_sym._native import Watch
 
-    options.check_beside("to", never=("between", "reverse"))
-    options.check_beside("between", never=("state", "reverse"))
-    if to is None and between is None and not reverse:
-        raise click.UsageError("give --to X_R V_R V_C, --between FROM TO or --reverse")
+    options.check_beside("between", never=("state", "to"))
     if over and len(over) != 1:
         raise InvalidInput("--over", list(over), "one parameter of the drive")
     parameters, device = system.load()
     limit = Watch(max_seconds)
     with bars.reporting("Switching", limit) as report:
-        ends = _motions(parameters, (state, to), between, windows, limit, as_json)
-        try:
-            found = capsule_sym.switch_by_pulse(
-                *ends,
-                over or None,
-                device or parameters,
-                most_periods=most_periods,
-                max_seconds=limit.left,
-                progress=report,
-            )
-        except InvalidInput as error:
-            if error.field != "end":
-                raise
-            field = "--to" if between is None else "--between"
-            raise InvalidInput(field, error.value, error.allowed) from None
+        if between is None:
+            if to is None:
+                raise click.UsageError("give --to X_R V_R V_C or --between FROM TO")
+            ends = [settled(parameters, one, limit, as_json) for one in (state, to)]
+        elif not windows:
+            raise click.UsageError("give a range of starts, such as --x-r -1:1")
+        else:
+            box = capsule_sym.attractors(parameters, windows, max_seconds=limit.left)
+            if limit.stopped:
+                raise KeyboardInterrupt
+            for number in between:
+                if not 0 <= number < len(box.attractors):
+                    allowed = f"from 0 to {len(box.attractors) - 1}"
+                    raise InvalidInput("--between", number, allowed)
+            ends = [box.attractors[number].orbit for number in between]
+        found = capsule_sym.switch_by_pulse(
+            *(ends[0], ends[1], over or None, device or parameters),
+            most_periods=most_periods,
+            max_seconds=limit.left,
+            progress=report,
+        )
     present.report(found, "pulse", out, as_json)
     present.end(found, limit)
-
-
-def _motions(
-    parameters: capsule_sym.inputs.SceneParameters,
-    states: tuple[tuple[float, float, float], tuple[float, float, float] | None],
-    between: tuple[int, int] | None,
-    starts: dict[str, Any],
-    limit: Watch,
-    as_json: bool,
-) -> tuple[capsule_sym.results.Orbit, capsule_sym.results.Orbit]:
-    """The present motion and the target motion."""
-    from capsule_sym._records import dumps
-
-    state, to = states
-    if to is not None:
-        one, other = (settled(parameters, each, limit, as_json) for each in (state, to))
-        return one, other
-    if not starts:
-        raise click.UsageError("give a range of starts, such as --x-r -1:1")
-    box = capsule_sym.attractors(parameters, starts, max_seconds=limit.left)
-    if limit.stopped:
-        raise KeyboardInterrupt
-    known = [one.orbit for one in box.attractors]
-    if between is not None:
-        for number in between:
-            if not 0 <= number < len(known):
-                raise InvalidInput("--between", number, f"from 0 to {len(known) - 1}")
-        return known[between[0]], known[between[1]]
-    now = settled(parameters, state, limit, as_json)
-    way = -1 if now.average_velocity > 0 else 1
-    best = max(known, key=lambda one: way * float(one.average_velocity), default=now)
-    if not way * float(best.average_velocity) > 0:
-        why = "no attractor of these starts goes in the opposite direction"
-        if as_json:
-            click.echo(dumps({"success": False, "status": "no-attractor", "message": why}))
-        present.fail(why)
-    return now, best

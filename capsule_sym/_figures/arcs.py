@@ -45,11 +45,6 @@ class Arc:
         """Coordinates (x_r, v_r, v_c) of the state space."""
         return self.x_r, self.v_r, self.v_c
 
-    @property
-    def stick(self) -> bool:
-        """True if the capsule is at rest, as in F2 and F5 of the paper's scene."""
-        return bool(self.scene.facts.FIELDS[self.field][1] == 0)
-
 
 def arcs(motion: Motion, periods: int) -> list[Arc]:
     """Arcs of the last excitation periods of a run, the first one cut at the start of its period.
@@ -107,13 +102,7 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
             turned = numbers.constants(segment.field, trajectory.parameters).rate * (high - low)
             count = max((high - low) / step, min(_PER_RADIAN * turned, _PER_PERIOD))
             time = np.linspace(low, high, 2 + int(np.ceil(count)))
-            states, x_c = trajectory(time), trajectory.position(time)
-            # At a switch the trajectory returns the next segment's start, equal but for rounding.
-            if low == start:
-                states[0] = [float(value) for value in segment.start_state]
-            if high == stop:
-                states[-1] = [float(value) for value in segment.end_state]
-            x_r, v_r, v_c = states.T
+            x_r, v_r, v_c, x_c = trajectory(time, position=True).T
             found.append(Arc(segment.field, time / period, x_r, v_r, v_c, x_c, scene))
     return found
 

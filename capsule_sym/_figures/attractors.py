@@ -35,42 +35,7 @@ def plot_attractors(
     Each attractor has a colour, for which the key gives its number, its itinerary and the least and
     largest fraction. Marks above are births (filled) and deaths (open) at the bifurcations of their
     branches. Fractions are known at the values of the parameter and drawn as lines between them.
-    White are starts that have not settled.
-
-    Parameters
-    ----------
-    found : ContinuedAttractors
-        Attractors along a parameter, as `continue_attractors` gives.
-    width : float, default 7, above 0
-        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
-    axes : Axes of Matplotlib, optional
-        Place to draw into, without the key, in place of a new figure: `axes` of one's own.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-
-    Raises
-    ------
-    InvalidInput
-        For an argument of another type.
-
-    See Also
-    --------
-    continue_attractors : the computation.
-
-    Examples
-    --------
-    >>> import capsule_sym as cs
-    >>> system = cs.Parameters(omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
-    >>> box = {"x_r": (-2, 2), "v_r": (-2, 2)}
-    >>> along = cs.continue_attractors(system, "alpha", [1.7, 1.75], box, count=20)
-    >>> figure = cs.figures.plot_attractors(along)
-    >>> print(figure.axes[0].get_ylabel())
-    fraction of the starts
-    >>> print([text.get_text()[-8:] for text in figure.legends[0].get_texts()])
-    ['to 80 %)', '2 (25 %)', '2 (20 %)', 'birth', 'death']
+    White are starts that have not settled. Drawn into `axes`, without the key, if they are given.
     """
     alone = axes is None
     figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))

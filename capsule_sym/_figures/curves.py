@@ -23,7 +23,7 @@ from capsule_sym._figures.style import (
     of_records,
     styled,
 )
-from capsule_sym._figures.units import named, said
+from capsule_sym._figures.units import DIMENSIONLESS, named
 
 
 @styled
@@ -60,7 +60,7 @@ def plot_curves(
         for place, text in places.items():
             kinds.setdefault(text, []).append(stand[place])
         words = [f"{', '.join(own)}  {text}" for text, own in kinds.items()]
-        add_words(figure, [*words, *said(first, second)])
+        add_words(figure, [*words, DIMENSIONLESS])
     name_points(axes, [(place, label, "black") for place, label in stand.items()])
     return describe(figure, "Curves of bifurcations")
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
+from capsule_sym._arrays import Vector
+from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._design.quantities import metric_of
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import name_points
@@ -24,14 +25,11 @@ from capsule_sym._figures.style import (
     of_records,
     styled,
 )
-from capsule_sym._figures.units import Units, named, said
+from capsule_sym._figures.units import DIMENSIONLESS, Units, named
 from capsule_sym._orbits.continuation.branch import Branch
 from capsule_sym._orbits.continuation.records import branch_record, orbit_from_record
 from capsule_sym._parameters import CAPSULE, SceneDevice, scene_in
 from capsule_sym._units import METRIC_UNITS
-
-if TYPE_CHECKING:
-    from capsule_sym._orbits.shooting.orbit import Orbit
 
 Record = Mapping[str, Any]
 """A branch as plain data, as `read_branch` gives it."""
@@ -119,13 +117,13 @@ def plot_diagram(
     if len(parameters) != 1:
         raise InvalidInput("parameter", parameters, "the same of all branches")
     branches = [branch for one in records for branch in (one, *one["switched"])]
-    colours = [SERIES[k % len(SERIES)] for k in range(len(branches))]
     alone = axes is None
     figure, axes = axes_for(axes, width, 3.3)
-    units, names = units_of(records[0], device), _names(records)
-    values = _Values(quantity, units.scale(quantity))
-    for branch, colour, name in zip(branches, colours, names, strict=True):
-        _curves(axes, branch, values, colour, name)
+    fixed, scene = shared(records[0]), scene_in(records[0]) or CAPSULE
+    units, names = Units.of_known(device, fixed["parameters"], scene), _names(records)
+    scale = units.scale(quantity)
+    for k, (branch, name) in enumerate(zip(branches, names, strict=True)):
+        _draw_branch(axes, branch, quantity, scale, color=SERIES[k % len(SERIES)], label=name)
     drawn = {point["stable"] for branch in branches for point in branch["points"]}
     for style, name, stable in (("-", "stable", True), ("--", "unstable", False)):
         if stable in drawn:
@@ -138,14 +136,14 @@ def plot_diagram(
     axes.set_ylabel(units.label(quantity, *_STATES.get(quantity, ())))
     if alone:
         add_key(figure, handles_of([axes]))
-        add_words(figure, [*titles, *said(*parameters, device=device is not None)])
+        add_words(figure, [*titles, DIMENSIONLESS])
     labels = [
-        (*label, colour)
-        for branch, colour in zip(branches, colours, strict=True)
-        for label in _labels(axes, branch, values)
+        (*label, SERIES[k % len(SERIES)])
+        for k, branch in enumerate(branches)
+        for label in _labels(axes, branch, quantity, scale)
     ]
     name_points(axes, labels)
-    return describe(figure, "Branches of periodic orbits", **shared(records[0]))
+    return describe(figure, "Branches of periodic orbits", **fixed)
 
 
 def _names(records: Sequence[Record]) -> list[str]:
@@ -171,65 +169,60 @@ def _titles(
     ]
 
 
-def strobe(orbit: Orbit) -> list[list[float]]:
-    """States (x_r, v_r, v_c) of an orbit at the beginning of its excitation periods."""
-    times = orbit.parameters.period * np.arange(1, orbit.itinerary.period_number + 1)
-    trajectory = orbit.trajectory()
-    at = trajectory(np.minimum(times, trajectory.span[1]))  # the trajectory's end is a rounded sum
-    return [[float(value) for value in state] for state in at]
+def _values_of(record: Record, quantity: str) -> Vector:
+    """The quantity at each excitation period of an orbit, or the one of the orbit; (n,)."""
+    orbit = orbit_from_record(record.get("orbit", record))
+    if quantity in _STATES:
+        return np.asarray(stroboscopic(orbit)[:, [*_STATES].index(quantity)])
+    if quantity in _MEANS:
+        value = getattr(orbit, _MEANS[quantity])
+    elif quantity == "lyapunov":
+        with np.errstate(divide="ignore"):
+            grown = np.log(abs(orbit.multipliers[0]))
+        value = grown / (orbit.itinerary.period_number * orbit.parameters.period)
+    else:
+        value = metric_of(orbit, quantity)
+    return np.array([value], dtype=float)
 
 
-class _Values(NamedTuple):
-    """A quantity in the units of the figure."""
+def _draw_branch(axes: Axes, branch: Record, quantity: str, scale: float, **looks: Any) -> None:
+    """A line for each excitation period and each run of stretches of one stability.
 
-    quantity: str
-    scale: float
-
-    def of(self, record: Record) -> list[float]:
-        """The quantity at each excitation period of an orbit."""
-        orbit = orbit_from_record(record.get("orbit", record))
-        return [self.scale * value for value in self._plain(orbit)]
-
-    def _plain(self, orbit: Orbit) -> list[float]:
-        if self.quantity in _STATES:
-            return [state[[*_STATES].index(self.quantity)] for state in strobe(orbit)]
-        if self.quantity in _MEANS:
-            return [float(getattr(orbit, _MEANS[self.quantity]))]
-        if self.quantity == "lyapunov":
-            with np.errstate(divide="ignore"):
-                grown = np.log(abs(orbit.multipliers[0]))
-            return [float(grown / (orbit.itinerary.period_number * orbit.parameters.period))]
-        return [metric_of(orbit, self.quantity)]
-
-
-def _curves(axes: Axes, branch: Record, values: _Values, colour: str, name: str) -> None:
+    Stable ones are solid. Orbits of fewer periods than others of their run repeat their values.
+    """
     nodes, stable = in_order(branch)
-    looks = {stable: {"color": colour} for stable in (True, False)}
-    at = [one["value"] for one in nodes]
-    draw_runs(axes, at, [*map(values.of, nodes)], stable, looks)[0].set_label(name)
+    at, values = [one["value"] for one in nodes], list[Vector]()
+    for these in (scale * _values_of(one, quantity) for one in nodes):
+        # Periods begin at the one where they are nearest to those before.
+        turned, before = [np.roll(these, k) for k in range(len(these))], (values or [these])[-1]
+        count = min(len(these), len(before))
+        values.append(min(turned, key=lambda one: abs(one[:count] - before[:count]).sum()))
+    stable = stable or [True]
+    turns = [i for i, (a, b) in enumerate(pairwise(stable), 1) if a != b]
+    for first, last in pairwise([0, *turns, len(stable)]):
+        run = slice(first, last + 1)
+        for place in range(max(map(len, values[run]))):
+            of = [one[place % len(one)] for one in values[run]]
+            axes.plot(at[run], of, "-" if stable[first] else "--", **looks)
 
 
 def _labels(
-    axes: Axes, branch: Record, values: _Values
+    axes: Axes, branch: Record, quantity: str, scale: float
 ) -> Iterator[tuple[tuple[float, float], str]]:
     """A point at every bifurcation, its place and label; labels that would meet become one."""
     found = branch["bifurcations"]
-    places = [(one["value"], values.of(one)[0]) for one in found]
+    places = [(one["value"], scale * _values_of(one, quantity)[0]) for one in found]
     draw_points(axes, [x for x, _ in places], [y for _, y in places], _POINT)
-    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    chosen = zip(places, found, strict=True)
-    shown = [(at, one) for at, one in chosen if left <= at[0] <= right and low <= at[1] <= high]
-    room = _ROOM[0] * (right - left), _ROOM[1] * (high - low)
-    groups: list[tuple[tuple[float, float], list[str]]] = []
-    for (x, y), one in shown:
-        near = (names for (a, b), names in groups if abs(a - x) < room[0] and abs(b - y) < room[1])
-        names = next(near, None)
-        if names is None:
-            groups.append(((x, y), [one["label"]]))
-        else:
-            names.append(one["label"])
-    for place, names in groups:
-        yield place, " ".join(names) if len(names) < 3 else f"{names[0]} … {names[-1]}"
+    view = np.array([axes.get_xlim(), axes.get_ylim()]).T
+    groups: dict[tuple[int, ...], list[tuple[tuple[float, float], str]]] = {}
+    for place, one in zip(places, found, strict=True):
+        share = (np.array(place) - view[0]) / (view[1] - view[0])
+        if (abs(share - 0.5) <= 0.5).all():
+            cell = tuple((share / _ROOM).round().astype(int).tolist())
+            groups.setdefault(cell, []).append((place, one["label"]))
+    for (place, name), *others in groups.values():
+        last = f" … {others[-1][1]}" if len(others) > 1 else "".join(f" {one}" for _, one in others)
+        yield place, name + last
 
 
 def shared(record: Record) -> dict[str, Any]:
@@ -239,11 +232,6 @@ def shared(record: Record) -> dict[str, Any]:
     varied = {record["parameter"], *record.get("ties", ())}
     values = {k: v for k, v in known.items() if k not in varied}
     return {"parameters": values, "parameter": record["parameter"]}
-
-
-def units_of(record: Record, device: SceneDevice | None) -> Units:
-    """Units of a branch; raises InvalidInput where its orbits are those of another device."""
-    return Units.of_known(device, shared(record)["parameters"], scene_in(record) or CAPSULE)
 
 
 def in_order(record: Record) -> tuple[list[Record], list[bool]]:
@@ -268,41 +256,6 @@ def _between(one: Record, before: Record, after: Record) -> bool:
     """True if a bifurcation lies between two points; the value of a fold is beyond both."""
     low, high = sorted((before["value"], after["value"]))
     return bool(low <= one["value"] <= high or one["interval"][0] == before["value"])
-
-
-def draw_runs(
-    axes: Axes,
-    at: Sequence[float],
-    values: Sequence[Sequence[float]],
-    stable: Sequence[bool],
-    looks: Mapping[bool, Mapping[str, Any]],
-) -> list[Line2D]:
-    """A line for each excitation period and each run of stretches of one stability.
-
-    Stable ones are solid; `looks` are further options, by stability. Orbits of fewer periods than
-    others of their run repeat their values.
-    """
-    ordered: list[Sequence[float]] = []
-    for these in values:
-        ordered.append(_turned(these, ordered[-1]) if ordered else these)
-    stable = stable or [True]
-    turns = [i for i, (a, b) in enumerate(pairwise(stable), 1) if a != b]
-    drawn = []
-    for first, last in pairwise([0, *turns, len(stable)]):
-        run = slice(first, last + 1)
-        for place in range(max(map(len, ordered[run]))):
-            of = [one[place % len(one)] for one in ordered[run]]
-            style = "-" if stable[first] else "--"
-            drawn += axes.plot(at[run], of, style, **looks[stable[first]])
-    return drawn
-
-
-def _turned(values: Sequence[float], before: Sequence[float]) -> Sequence[float]:
-    """The values of successive periods, begun at the one where they are nearest to those before."""
-    turned = [[*values[k:], *values[:k]] for k in range(len(values))]
-    return min(
-        turned, key=lambda these: sum(abs(a - b) for a, b in zip(these, before, strict=False))
-    )
 
 
 def title_of(one: Record) -> str:

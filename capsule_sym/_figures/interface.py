@@ -4,8 +4,8 @@
 # fmt: off
 
 from capsule_sym._arrays import Matrix as Array
+from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._figures.boundaries import corners, Limits, lines
-from capsule_sym._figures.diagrams import strobe
 from capsule_sym._figures.layout import across, add_key, add_words, canvas, handles_of, NARROW
 from capsule_sym._figures.portraits import boundary_handles, field_handles, unsettled_handles
 from capsule_sym._figures.sizes import PAGE

@@ -13,7 +13,6 @@ from capsule_sym._figures.style import figure_of
 
 _RIM = 3.5  # points from a named point to its name, so that a marker there stays free
 _LED = 8.0  # points from which on a line leads to a name
-_OFF = 2.0  # points between a name and the line that leads to it
 _LOOKS: dict[str, Any] = {
     **{"margin": 0.003, "min_distance": 0.003, "max_distance": 0.6, "nbr_candidates": 1000},
     **{"textsize": "small", "zorder": 30, "linecolor": "black", "linewidth": 0.3},
@@ -64,9 +63,5 @@ def name_points(axes: Axes, points: Sequence[tuple[Any, str, str]]) -> None:
     )
     for leader in filter(None, leaders):
         near, point = axes.transData.transform(leader.get_xydata())
-        away = np.hypot(*(point - near)) / pixel
-        if away < _LED:
+        if np.hypot(*(point - near)) < _LED * pixel:
             leader.remove()
-        else:
-            ends = [near + _OFF / away * (point - near), point]
-            leader.set_data(*axes.transData.inverted().transform(ends).T)

@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
 from capsule_sym._errors import InvalidInput
@@ -44,7 +42,7 @@ def add_key(
     for rows in range(1, len(handles) + 1):
         columns = -(-len(handles) // rows)
         legend = page.legend(ncols=columns, **looks)
-        wide, high = _size(legend)
+        wide, high = legend.get_window_extent().size
         if wide <= room or columns == 1:
             break
         legend.remove()
@@ -53,7 +51,7 @@ def add_key(
         letters = max(len(text.get_text()) for text in texts)
         for text in texts:
             text.set_text(textwrap.fill(text.get_text(), max(1, int(letters * room / wide) - 6)))
-        wide, high = _size(legend)
+        wide, high = legend.get_window_extent().size
     _make_room(page, high / figure_of(page).dpi + _RIM, below)
 
 
@@ -70,13 +68,6 @@ def add_words(page: Figure | SubFigure, words: Iterable[str], *, below: bool = T
     """A key of words alone, such as what the labels in the panels stand for."""
     handles = [Line2D([], [], linestyle="", label=one) for one in words]
     add_key(page, handles, below=below, handlelength=0, handletextpad=0)
-
-
-def _size(legend: Legend) -> tuple[float, float]:
-    """Width and height in dots."""
-    whole: Figure = legend.get_figure(root=True)  # type: ignore[assignment]
-    box = legend.get_window_extent(FigureCanvasAgg(whole).get_renderer())  # type: ignore[no-untyped-call]
-    return box.width, box.height
 
 
 def _make_room(page: Figure | SubFigure, inches: float, below: bool) -> None:

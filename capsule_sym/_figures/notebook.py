@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from contextlib import suppress
+from io import BytesIO
 from typing import Any
 
 from matplotlib._pylab_helpers import Gcf
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.sizes import UNLISTED
-from capsule_sym._figures.style import figure_style
+from capsule_sym._figures.style import figure_style, on_page
 
 _WRITERS = {"agg", "cairo", "pdf", "pgf", "ps", "svg"}  # backends that open no window
 _MOST = 10  # figures that are open at a time then; matplotlib warns from 20 on
@@ -30,6 +31,20 @@ class StyledFigure(Figure):
         """Write in the style."""
         with figure_style():
             super().savefig(*given, **named)
+
+    def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
+        """Picture as PNG, two dots for each of a page, and its size in these."""
+        self.savefig(drawn := BytesIO(), format="png", dpi=2 * 96)
+        return drawn.getvalue(), dict(zip(("width", "height"), on_page(self), strict=True))
+
+    def _ipython_display_(self) -> None:
+        """Show the picture as the value of a notebook's cell, and not at the cell's end again."""
+        import matplotlib.pyplot as plt
+        from IPython.display import display  # type: ignore[import-not-found]
+
+        plt.close(self)
+        data, size = self._repr_png_()
+        display({"image/png": data}, metadata={"image/png": size}, raw=True)
 
 
 def new_figure(width: float, height: float, **options: Any) -> Figure:

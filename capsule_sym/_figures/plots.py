@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import capsule_sym
+from capsule_sym import _imported  # type: ignore[attr-defined]
 from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -21,12 +21,15 @@ def plot(result: Any, **options: Any) -> Figure:
     result : result of a function of the package
         A trajectory or an orbit gives its displacements and phase portrait, a branch its
         bifurcation diagram. A fit gives its residuals, a front its curve, tolerances the spread.
-        `ContinuedAttractors` give their fractions, a shock and a pulse both motions. Results of a
-        sweep over two parameters give its chart, those of a basin its attractors.
+        `ContinuedAttractors` give their fractions, stacked along the parameter. A shock gives both
+        motions, and the distance of two runs from the first one; a pulse the drive and both
+        displacements over time. Results of a sweep over two parameters give its chart, those of a
+        basin its attractors.
     **options : optional
         Options of the function that draws it: `plot_motion`, `plot_diagram`, `plot_residuals`,
-        `plot_front`, `plot_tolerances`, `plot_attractors`, `plot_shock`, `plot_pulse`, `plot_chart`
-        or `plot_basin`.
+        `plot_front`, `plot_tolerances`, `plot_chart` or `plot_basin`. Attractors and a shock take
+        `width` and `axes`, a pulse `width` and `figure`; a shock also a `device`, whose units it
+        then has.
 
     Returns
     -------
@@ -56,23 +59,26 @@ def plot(result: Any, **options: Any) -> Figure:
     """
     for name in [one.__name__ for one in type(result).__mro__]:
         if name == "Dataset":
-            kind = "plot_basin" if "attractor" in result else "plot_chart"
-        elif (kind := _DRAWN.get(name, "")) == "":
+            home, draw = "sweeps", "plot_basin" if "attractor" in result else "plot_chart"
+        elif name in _DRAWN:
+            home, draw = _DRAWN[name]
+        else:
             continue
-        drawn: Figure = getattr(capsule_sym.figures, kind)(result, **options)
+        found: Any = _imported("capsule_sym.figures", f"_figures.{home}", draw)
+        drawn: Figure = found(result, **options)
         return drawn
     allowed = f"one of {', '.join(_DRAWN)}, or the results of a sweep or a basin"
     raise InvalidInput("result", type(result).__name__, allowed)
 
 
 _DRAWN = {
-    **dict.fromkeys(("Trajectory", "Orbit"), "plot_motion"),
-    "Branch": "plot_diagram",
-    "Fit": "plot_residuals",
-    "Front": "plot_front",
-    "ContinuedAttractors": "plot_attractors",
-    "Shock": "plot_shock",
-    "Pulse": "plot_pulse",
-    "Tolerances": "plot_tolerances",
+    **dict.fromkeys(("Trajectory", "Orbit"), ("portraits", "plot_motion")),
+    "Branch": ("diagrams", "plot_diagram"),
+    "Fit": ("design", "plot_residuals"),
+    "Front": ("design", "plot_front"),
+    "ContinuedAttractors": ("attractors", "plot_attractors"),
+    "Shock": ("shocks", "plot_shock"),
+    "Pulse": ("pulses", "plot_pulse"),
+    "Tolerances": ("tolerances", "plot_tolerances"),
 }
-"""Functions that draw results, by the names of their classes."""
+"""Modules and functions that draw results, by the names of their classes."""

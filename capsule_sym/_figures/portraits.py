@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from capsule_sym._figures.arcs import Arc, Motion, arcs, cycle, is_periodic, phase_zero
+from capsule_sym._figures.arcs import Motion, arcs, cycle, is_periodic, phase_zero
 from capsule_sym._figures.boundaries import lines, rest_ends, stops_of
 from capsule_sym._figures.layout import across, add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
@@ -125,8 +124,7 @@ def plot_phase_portrait(
 ) -> None:
     """The orbit in (x_r, v_r) with the boundary lines that cross the view (Fig. 7, right).
 
-    The orbit is thin where a run does not end in a steady motion. A triangle marks each rise and
-    fall of a pulsed drive.
+    The orbit is thin where a run does not end in a steady motion.
 
     Parameters
     ----------
@@ -172,24 +170,10 @@ def plot_phase_portrait(
         looks["linewidth"] = 1.1 if is_periodic(result) else 0.4
         colour = field_colour(arc.field, arc.scene)
         axes.plot(arc.x_r, arc.v_r, "-", color=colour, **looks)
-    _mark_edges(axes, drawn, is_periodic(result) and periods is None)
     axes.margins(_MARGIN)
     draw_lines(result.parameters, axes, units)
     axes.set_xlabel(units.label("x_r"))
     axes.set_ylabel(units.label("v_r"))
-
-
-_EDGES = {False: ("^", "rise of the drive"), True: ("v", "fall of the drive")}
-
-
-def _mark_edges(axes: Axes, drawn: Sequence[Arc], closed: bool) -> None:
-    """A triangle where the drive rises or falls, on a portrait."""
-    for arc, following in pairwise([*drawn, drawn[0]] if closed else drawn):
-        levels = arc.scene.facts.LEVELS
-        if levels[arc.field] != levels[following.field]:
-            mark, label = _EDGES[bool(levels[following.field])]
-            looks: dict[str, Any] = {"color": "black", "markersize": 3.5, "zorder": 4}
-            axes.plot(following.x_r[:1], following.v_r[:1], mark, label=label, **looks)
 
 
 @styled
@@ -297,9 +281,8 @@ def boundary_handles(figure: Figure) -> list[Any]:
         Line2D([], [], linestyle=style, color=colour, linewidth=width, label=label)
         for label, style, colour, width in looks
     ]
-    own = (*_BORDERS, *(label for _, label in _EDGES.values()), PULSE)
-    shown = {str(one.get_label()): one for one in handles_of(figure.axes)}
-    return handles + [shown[name] for name in own if name in shown]
+    own = (*_BORDERS, PULSE)
+    return handles + [one for one in handles_of(figure.axes) if one.get_label() in own]
 
 
 def draw_lines(parameters: SceneParameters, axes: Axes, units: Units) -> None:
@@ -307,24 +290,20 @@ def draw_lines(parameters: SceneParameters, axes: Axes, units: Units) -> None:
 
     Those of another scene than the paper's have no numbers: its stops, and where rest ends.
     """
-    x_r, v_r = axes.get_xlim(), axes.get_ylim()
-    long, fast = units.scale("x_r"), units.scale("v_r")
-    view = (x_r[0] / long, x_r[1] / long), (v_r[0] / fast, v_r[1] / fast)
-    found = (
-        [(name, LOOKS[name], line) for name, line in lines(parameters, *view).items()]
-        if isinstance(parameters, Parameters)
-        else [
-            (name, _BORDERS[name], line)
-            for name, line in borders(parameters, *view[1])
-            if max(line[:, 0]) > view[0][0] and min(line[:, 0]) < view[0][1]
-        ]
+    view, scales = (axes.get_xlim(), axes.get_ylim()), (units.scale("x_r"), units.scale("v_r"))
+    (left, right), v_r = (
+        (low / scale, high / scale) for (low, high), scale in zip(view, scales, strict=True)
     )
-    for name, (style, colour), line in found:
-        axes.plot(
-            *(line * (long, fast)).T, style, color=colour, linewidth=0.6, zorder=1, label=name
-        )
-    axes.set_xlim(x_r)
-    axes.set_ylim(v_r)
+    if isinstance(parameters, Parameters):
+        found = [*lines(parameters, (left, right), v_r).items()]
+    else:
+        every = borders(parameters, *v_r)
+        found = [one for one in every if max(one[1][:, 0]) > left and min(one[1][:, 0]) < right]
+    for name, line in found:
+        style, colour = (LOOKS | _BORDERS)[name]
+        looks: dict[str, Any] = {"color": colour, "linewidth": 0.6, "zorder": 1, "label": name}
+        axes.plot(*(line * scales).T, style, **looks)
+    axes.set(xlim=view[0], ylim=view[1])
 
 
 _STOP, _FORWARD, _BACKWARD = "stop", "rest ends forward", "rest ends backward"

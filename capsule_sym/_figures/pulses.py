@@ -25,42 +25,9 @@ def plot_pulse(
     """Force of the drive over time, and below it both displacements, until the end is reached.
 
     The band is the pulse, the line the time from which the motion is within 0.1 % of the attractor
-    at the end. The axes are in SI units if the pulse is that of a device, else dimensionless.
-
-    Parameters
-    ----------
-    pulse : Pulse
-        Pulse, as `switch_by_pulse` gives.
-    width : float, default 7, above 0
-        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
-    figure : Figure or SubFigure of Matplotlib, optional
-        Place to draw into in place of a new figure: `figure` is one of one's own, or a part of one.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-
-    Raises
-    ------
-    InvalidInput
-        For a result without a pulse.
-
-    See Also
-    --------
-    switch_by_pulse : the computation.
-
-    Examples
-    --------
-    >>> import capsule_sym as cs
-    >>> system = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
-    >>> found = cs.attractors(system, {"x_r": (-2, 2), "v_r": (-2, 2)}, count=20)
-    >>> forward, backward = (one.orbit for one in found.attractors)
-    >>> figure = cs.figures.plot_pulse(cs.switch_by_pulse(forward, backward, values=50))
-    >>> print([axes.get_ylabel() for axes in figure.axes])
-    ['drive', '$x_r$', '$x_c$']
-    >>> print(figure.legends[0].get_texts()[0].get_text()[-21:])
-    0.8877 instead of 2.8
+    at the end. The axes are in SI units if the pulse is that of a device, else dimensionless. Drawn
+    into `figure` or a part of one, if it is given. Raises InvalidInput for a result without a
+    pulse.
     """
     if not pulse.periods:
         raise InvalidInput("pulse", str(pulse.status), "a pulse that was found")

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._errors import InvalidInput
@@ -16,7 +15,6 @@ from capsule_sym._figures.layout import across, add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import SERIES, STABLE, describe, styled
 from capsule_sym._figures.units import Units
-from capsule_sym._map import Trajectory
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import SceneDevice
@@ -24,7 +22,7 @@ from capsule_sym._parameters import SceneDevice
 if TYPE_CHECKING:
     from capsule_sym._attractors.shock import Shock
 
-_POINTS = 400  # of a curve, an excitation period
+_POINTS = 4000  # of a closed curve
 
 
 @styled
@@ -40,45 +38,8 @@ def plot_shock(
     The phase portrait has an arrow from the motion to the boundary of its basin, and the motion
     that it is lost to. Beside it is the distance of two runs from the motion at the beginning of
     each excitation period. They begin with shocks smaller and larger by 0.1 %: one comes back, and
-    one is lost.
-
-    Parameters
-    ----------
-    shock : Shock
-        Shock, as `minimal_shock` gives.
-    width : float, default 7, above 0
-        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
-    axes : two Axes of Matplotlib, optional
-        Panels to draw into, without the legend, in place of a new figure: `axes` for the portrait
-        and the distances.
-    device : PhysicalParameters, optional
-        Device whose motion it is; the portrait is then in SI units.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-
-    Raises
-    ------
-    InvalidInput
-        If no shock was found, and for another number of axes. Also for a device of another scene,
-        frequency, mass ratio or friction bound than that of the motion.
-
-    See Also
-    --------
-    minimal_shock : the computation.
-
-    Examples
-    --------
-    >>> import capsule_sym as cs
-    >>> system = cs.Parameters(alpha=2.4, omega=0.9, delta=0.3, zeta=0.08, beta=48.0, gamma=5.0)
-    >>> box = {"x_r": (-2, 2), "v_r": (-2, 2)}
-    >>> fast, slow = (one.orbit for one in cs.attractors(system, box, count=40).attractors)
-    >>> inf = float("inf")
-    >>> figure = cs.figures.plot_shock(cs.minimal_shock(slow, weights=(inf, 1, inf), samples=100))
-    >>> print([text.get_text() for text in figure.legends[0].get_texts()][:3])
-    ['where it is lost to', 'motion', 'minimal shock']
+    one is lost. Drawn into two `axes`, without the legend, if they are given. The portrait is in SI
+    units if the `device` of the motion is given. Raises InvalidInput if no shock was found.
     """
     if shock.start is None or shock.state is None:
         raise InvalidInput("shock", shock, "one with a knock that loses the motion")
@@ -92,7 +53,9 @@ def plot_shock(
     ]
     for orbit, looks in shown:
         if orbit is not None:
-            left.plot(*(_states(whole_orbit(orbit).trajectory()) * scales).T, **looks)
+            run = whole_orbit(orbit).trajectory()
+            states = run(np.linspace(*run.span, _POINTS))[:, :2]
+            left.plot(*(states * scales).T, **looks)
     begin, end = (state[:2] * scales for state in (shock.start, shock.state))
     left.annotate("", end, begin, arrowprops={"arrowstyle": "->", "linewidth": 1.4}, zorder=5)
     left.plot(*end, "o", color="black", markersize=3.5, zorder=6, label="minimal shock")
@@ -110,11 +73,3 @@ def plot_shock(
     if axes is None:
         add_key(figure, handles_of((left, right)))
     return describe(figure, "Minimal shock of a motion", parameters=shock.orbit.parameters)
-
-
-def _states(run: Trajectory) -> NDArray[np.float64]:
-    """Displacements and velocities of the mass along a run, (n, 2)."""
-    begin, end = run.span
-    count = int(_POINTS * (end - begin) / run.parameters.period) + 2
-    states: NDArray[np.float64] = run(np.linspace(begin, end, count))
-    return states[:, :2]

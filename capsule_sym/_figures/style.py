@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache, partial, wraps
+from functools import cache, wraps
 from importlib.resources import as_file, files
 from io import BytesIO
 from pathlib import Path
@@ -99,7 +98,7 @@ AREAS = (*REGIONS, *map(paler, REGIONS))
 """Colours of areas, twice as many."""
 
 
-_PAGES: WeakKeyDictionary[Figure, dict[str, str]] = WeakKeyDictionary()
+_PAGES: WeakKeyDictionary[Figure, dict[tuple[str, int], str]] = WeakKeyDictionary()
 OTHERS = "#dddddd"
 """Colour of areas for which none is left."""
 
@@ -110,14 +109,12 @@ def area_colours(figure: Figure, names: Sequence[str], again: bool = True) -> li
     A name that is there twice has a colour for each place. Where none is left, colours are used
     `again`, or the rest is grey.
     """
-    known, seen = _PAGES.setdefault(figure, {}), list[str]()
-    for name in names:
-        key = f"{name} {'·' * seen.count(name)}"
-        seen.append(name)
-        if key not in known:
-            left = again or len(known) < len(AREAS)
-            known[key] = AREAS[len(known) % len(AREAS)] if left else OTHERS
-    return [known[f"{name} {'·' * names[:k].count(name)}"] for k, name in enumerate(names)]
+    known = _PAGES.setdefault(figure, {})
+    keys = [(name, names[:k].count(name)) for k, name in enumerate(names)]
+    for key in keys:
+        left = again or len(known) < len(AREAS)
+        known.setdefault(key, AREAS[len(known) % len(AREAS)] if left else OTHERS)
+    return [known[key] for key in keys]
 
 
 def share(*ends: Any) -> str:
@@ -250,42 +247,10 @@ def bulk(values: Any, few: float = 0.1) -> tuple[float, float]:
     return float(np.min(inside)), float(np.max(inside))
 
 
-def show_once(figure: Figure) -> None:
-    """Make a notebook show a figure once: as the value of a cell, or at the cell's end by pyplot.
-
-    IPython calls the method `_ipython_display_` of a value, and shows nothing else of it. Of a
-    figure that pyplot does not know it has no picture but that of `_repr_png_`.
-    """
-    figure._ipython_display_ = partial(_display, figure)  # type: ignore[attr-defined]
-    figure._repr_png_ = partial(_picture, figure)  # type: ignore[attr-defined]
-
-
-def _display(figure: Figure) -> None:
-    import matplotlib.pyplot as plt
-    from IPython.display import display  # type: ignore[import-not-found]
-
-    plt.close(figure)  # pyplot would show it again
-    del figure._ipython_display_  # type: ignore[attr-defined]
-    try:
-        display(figure)
-    finally:
-        show_once(figure)
-
-
-_DENSE = 2  # dots of the picture in each of the page, for screens that have so many
-_PAGE_DOTS = 96  # dots of a page in each inch
-
-
 def on_page(figure: Figure) -> tuple[int, int]:
-    """Width and height of a figure in dots of a page."""
-    across, down = (round(_PAGE_DOTS * float(inches)) for inches in figure.get_size_inches())
+    """Width and height of a figure in dots of a page, 96 in each inch."""
+    across, down = (round(96 * float(inches)) for inches in figure.get_size_inches())
     return across, down
-
-
-def _picture(figure: Figure) -> tuple[bytes, dict[str, int]]:
-    """A picture as PNG, and the size at which it is shown."""
-    figure.savefig(drawn := BytesIO(), format="png", dpi=_DENSE * _PAGE_DOTS)
-    return drawn.getvalue(), dict(zip(("width", "height"), on_page(figure), strict=True))
 
 
 _ABOUT: WeakKeyDictionary[Any, dict[str, Any]] = WeakKeyDictionary()
@@ -297,7 +262,6 @@ def describe(drawn: Figure | SubFigure, title: str, **about: Any) -> Figure:
     Gives the whole figure. Values are plain data for JSON, or have `to_dict`, as parameters do.
     """
     figure = figure_of(drawn)
-    show_once(figure)
     plain = {k: v.to_dict() if hasattr(v, "to_dict") else v for k, v in about.items()}
     _ABOUT[figure] = {**_ABOUT.get(figure, {}), **plain, "title": title}
     return figure
@@ -350,13 +314,7 @@ def save_figure(figure: Figure, path: str | Path, *, dpi: float | None = None) -
     with figure_style():
         drawn = BytesIO()  # a file that cannot be written is none of matplotlib's business
         about = _metadata(figure, kind)
-        # The file has no date, and matplotlib raises for one that is no number.
-        epoch = os.environ.pop("SOURCE_DATE_EPOCH", None)
-        try:
-            figure.savefig(drawn, format=kind[1:], metadata=about, dpi=dpi or RESOLUTION)
-        finally:
-            if epoch is not None:
-                os.environ["SOURCE_DATE_EPOCH"] = epoch
+        figure.savefig(drawn, format=kind[1:], metadata=about, dpi=dpi or RESOLUTION)
     write_whole(path, drawn.getvalue())
 
 

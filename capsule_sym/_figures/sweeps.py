@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
@@ -153,19 +153,10 @@ def _draw_areas(axes: Axes, results: xr.Dataset, names: Any, areas: Sequence[_Ar
     """Fill the cells of each area; a large one has its number where it has most room."""
     (x, x_label, _), (y, y_label, _) = (_axis(results, str(name)) for name in names)
     shown = [area for area in areas if area.colour and area.cells.any()]
-    place = np.full((len(x), len(y)), -1)
-    for k, area in enumerate(shown):
-        place[area.cells] = k
-    axes.pcolormesh(
-        x,
-        y,
-        np.ma.masked_less(place, 0).T,
-        cmap=ListedColormap([area.colour for area in shown] or ["white"]),
-        vmin=-0.5,
-        vmax=max(len(shown), 1) - 0.5,
-        shading="nearest",
-        rasterized=True,
-    )
+    cells = np.ones((len(x), len(y), 4))
+    for area in shown:
+        cells[area.cells] = to_rgba(area.colour)
+    axes.pcolormesh(x, y, cells.swapaxes(0, 1), shading="nearest", rasterized=True)
     for area in shown:
         depth = distance_transform_cdt(np.pad(area.cells, 1), "taxicab")[1:-1, 1:-1]
         deepest = np.argwhere(depth == depth.max())
@@ -229,7 +220,7 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     See Also
     --------
     run_basin : computes a basin.
-    plot_attractors : fractions of the starts along a parameter.
+    continue_attractors : fractions of the starts along a parameter.
 
     Examples
     --------
@@ -251,7 +242,8 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")
     codes = results["attractor"].values
     known = [int(code) for code in np.unique(codes[codes >= 0])]
-    texts = [_itinerary(results, code) for code in known]
+    found = results["attractor"].attrs["attractors"]
+    texts = [str(found[code]["itinerary"]) for code in known]
     late, said = unsettled(results)
     late, alone = late & (codes < 0), axes is None
     figure, axes = axes_for(axes, width, 0.62 * width)
@@ -295,19 +287,10 @@ def _axis(results: xr.Dataset, name: str) -> tuple[NDArray[np.float64], str, flo
     return values * factor, f"{LABELS.get(name, name).partition(' $')[0]} ({unit})", factor
 
 
-def _itinerary(results: xr.Dataset, code: int) -> str:
-    """Itinerary of an attractor."""
-    known = [one["itinerary"] for one in results["attractor"].attrs.get("attractors", ())]
-    if code < len(known):
-        return str(known[code])
-    cells = results["attractor"].values == code
-    code = int(results["itinerary"].values[cells].flat[0])
-    return itineraries.texts(results).get(code, "")
-
-
 METRICS = (*METRIC_UNITS, "lift", "lyapunov")
 """Metrics of a motion that are drawn over parameters."""
 _EXTENDED = "neither", "min", "max", "both"
+_NO_VALUE = "not settled, infinite, or no result"
 
 
 @styled
@@ -382,7 +365,6 @@ def plot_metric(
     alone = axes is None
     figure, axes = axes_for(axes, width, (0.62 if values.ndim == 2 else 0.5) * width)
     shown = np.ma.masked_invalid(values.values * factor)
-    missing = shown.mask & np.ones(shown.shape, dtype=bool)
     axes.set_xlabel(sides[0][1])
     if values.ndim == 1:
         axes.plot(sides[0][0], shown, ".", color=STABLE)
@@ -401,10 +383,7 @@ def plot_metric(
         for curve in curves:
             draw_curve(axes, curve, *map(str, values.dims))
     if alone and values.ndim == 2:
-        (late, said), infinite = unsettled(results), np.isinf(values.values)
-        reasons = {said: late & missing, "infinite": infinite, NO_RESULT: ~(late | infinite)}
-        told = " or ".join(one for one, cells in reasons.items() if np.any(cells & missing))
-        grey = [Patch(facecolor=NOT_SETTLED, label=told)] * bool(told)
+        grey = [Patch(facecolor=NOT_SETTLED, label=_NO_VALUE)] * bool(shown.mask.any())
         add_key(figure, handles_of([axes]) + grey)
     return describe(figure, f"{label} over parameters", metric=metric)
 

@@ -15,10 +15,8 @@ from capsule_sym._parameters import CAPSULE, SHIPPED, Scene, SceneDevice, SceneP
 from capsule_sym._parameters import scene as load
 from capsule_sym._units import UNITS
 
-DIMENSIONLESS = "all quantities are dimensionless"
-"""Note of a figure without units, for a device or a file."""
-
-_OTHERS = "the other quantities are dimensionless"
+DIMENSIONLESS = "quantities without a unit are dimensionless"
+"""Note of a figure that may be that of a device, or of a file."""
 
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k"}
 _PREFIXED = ("m", "m/s", "N", "J", "s", "W")
@@ -98,14 +96,6 @@ def named(name: str) -> str:
         return known[name]
     unit = next((u[name] for u in map(units_of, map(load, SHIPPED)) if u.get(name)), "")
     return f"${name.replace('Omega', chr(92) + 'Omega')}$ ({unit})" if unit else name
-
-
-def said(*parameters: str, device: bool = False) -> list[str]:
-    """Note on units of a figure over parameters that may be a device's, of whose results it is."""
-    plain = all(name in _known() for name in parameters)
-    if device:
-        return ["the parameter is dimensionless"] * plain
-    return [DIMENSIONLESS if plain else _OTHERS]
 
 
 @cache

@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 from capsule_sym import InvalidInput, continue_orbit, simulate, solve_orbit
-from capsule_sym._figures.interface import PAGE, strobe
+from capsule_sym._figures.interface import PAGE, stroboscopic
 from capsule_sym.inputs import SceneDevice, SceneParameters
 from capsule_sym.results import Branch, Trajectory
 
@@ -95,7 +95,7 @@ def steady_run(parameters: SceneParameters) -> Trajectory:
     orbit, periods = solve_orbit(parameters), _LONG
     state: Sequence[float] = (0.0, 0.0, 0.0)
     if orbit.success:
-        state = strobe(orbit)[-1]
+        state = stroboscopic(orbit)[0].tolist()
         # One period more than twice the motion's, to detect its repetition.
         periods = max(_DRAWN, 2 * orbit.itinerary.period_number) + 1
     run = simulate(parameters, state, periods=periods)

@@ -59,8 +59,8 @@ def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
     assert (status, record["parameter"], record["values"]) == (0, "P_d", [3.0, 6.0])
     assert record["message"] == "1 attractor at 2 values of P_d"
     (one,), device = record["attractors"], load_parameters(file)
-    metres = [device.replace(P_d=3.0).scale("x_r") * value for value in one["progressions"]]
-    assert one["si"] == {"progressions [m]": pytest.approx(metres, rel=1e-15)}
+    metres = [device.replace(P_d=3.0).scale("x_r") * value for value in one["progression"]]
+    assert one["si"] == {"progression [m]": pytest.approx(metres, rel=1e-15)}
     status, out, _ = call(*system)
     assert "progression [m]" in out
     assert f"{metres[1]:.6g}" in out

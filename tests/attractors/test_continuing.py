@@ -122,6 +122,6 @@ def test_without_the_core_orbits_close_by_their_equations(monkeypatch):
     monkeypatch.setattr(neighbourhoods, "core_of", lambda scene: None)
     without = found().to_dict()
     for one, other in zip(with_core["attractors"], without["attractors"], strict=True):
-        assert one["counts"] == other["counts"]
-        assert one["itineraries"] == other["itineraries"]
-        np.testing.assert_allclose(one["progressions"], other["progressions"], atol=1e-9)
+        assert one["count"] == other["count"]
+        assert one["itinerary"] == other["itinerary"]
+        np.testing.assert_allclose(one["progression"], other["progression"], atol=1e-9)

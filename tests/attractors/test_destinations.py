@@ -70,15 +70,14 @@ def test_states_within_a_neighbourhood_come_to_the_attractor(parameters):
     random = np.random.default_rng(1)
     orbits = [one.orbit for one in cs.attractors(parameters, {"x_r": (-3, 3)}, count=60).attractors]
     found = known_orbits(orbits)
-    near = found.near[0]
     assert len(orbits) > 1
     for owner, cycle in enumerate(found.cycles[0]):
         for state in cycle.states:
-            (at,) = np.flatnonzero((near.centres == state).all(axis=1))
+            (axes,) = (axes for *_, centre, axes in found.near if (centre == state).all())
             within = random.normal(size=(20, 3))
             within /= np.linalg.norm(within, axis=1)[:, None]
-            starts = state + within @ np.linalg.inv(near.axes[at]) * 0.999
-            assert (near.contain(starts) == owner).all()
+            starts = state + within @ np.linalg.inv(axes) * 0.999
+            assert (found.inside(np.zeros(20, int), starts) == owner).all()
             run = cs.simulate_many([parameters] * 20, starts, periods=300)
             assert [nearest(orbits, end) for end in run.states] == [owner] * 20
 

@@ -10,12 +10,11 @@ import pytest
 from scipy.integrate import quad
 
 import capsule_sym as cs
-from capsule_sym._attractors import pulses
-from capsule_sym._attractors.pulse_search import intervals
+from capsule_sym._attractors.pulse import PulseWindow
+from capsule_sym._attractors.pulses import PulseSearch
 from capsule_sym._cli import main
 from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.performance import drive_force, drive_work
-from capsule_sym.figures import plot_pulse
 from capsule_sym.inputs import SceneParameters
 from capsule_sym.results import Orbit, Pulse, Status
 from tests.design.clock import LIMIT, Clock
@@ -64,26 +63,28 @@ def reversal() -> Pulse:
     return cs.switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH))
 
 
-class Line:
+class Line(PulseSearch):
     """Attractors by the value of a pulse: 1 in some ranges, 0 below 0.6, 2 above."""
 
     def __init__(self, *ranges):
         self.ranges = ranges
 
-    def reached(self, values, periods, begins):
+    def reached(self, window, values):
         leads = [any(low <= one <= high for low, high in self.ranges) for one in values]
         return np.where(leads, 1, np.where(values < 0.6, 0, 2)).astype(np.int16)
+
+    def intervals(self, count):
+        return [(one.low, one.high) for one in self.parts(PulseWindow(1, 0, 0.0, 1.0), count)]
 
 
 def test_intervals_are_those_of_the_line_also_narrow_ones_between_two_basins():
     line = Line((0.33, 0.53), (0.6, 0.60001), (0.8, 0.9))
-    found = intervals(line, 1, 0, 0.0, 1.0, 40)
-    assert np.array(found) == pytest.approx(
+    assert np.array(line.intervals(40)) == pytest.approx(
         np.array([(0.33, 0.53), (0.6, 0.60001), (0.8, 0.9)]), abs=2e-9
     )
-    few = intervals(Line((0.6, 0.60001)), 1, 0, 0.0, 1.0, 3)
+    few = Line((0.6, 0.60001)).intervals(3)
     assert few == [] or few[0][1] - few[0][0] <= 1e-5
-    assert intervals(Line((2.0, 3.0)), 1, 0, 0.0, 1.0, 9) == []
+    assert Line((2.0, 3.0)).intervals(9) == []
 
 
 def test_a_pulse_reverses_the_direction_as_the_map_itself_does(reversal) -> None:
@@ -214,15 +215,15 @@ def test_a_search_that_is_out_of_time_says_so(monkeypatch) -> None:
 
 
 def test_an_interrupted_search_keeps_the_pulse_it_has(monkeypatch) -> None:
-    confirmed, asked = pulses.intervals, []
+    parts, asked = PulseSearch.parts, []
 
     def interrupt(*given):
         asked.append(given)
         if len(asked) == 2:  # the first window is to be confirmed
             monkeypatch.setattr(Watch, "interrupted", True)
-        return confirmed(*given)
+        return parts(*given)
 
-    monkeypatch.setattr(pulses, "intervals", interrupt)
+    monkeypatch.setattr(PulseSearch, "parts", interrupt)
     ends = motions(BOTH_WAYS, BACK, FORTH)
     found = cs.switch_by_pulse(*ends, most_periods=2, values=200, max_seconds=1e6)
     assert (found.status, found.success, found.periods) == ("time-limit", False, 1)
@@ -273,8 +274,8 @@ def test_columns_follow_the_motion_through_the_pulse(reversal) -> None:
         ({"over": {"delta": (0.0, 1.0)}}, "over"),
         ({"over": {"alpha": (0.0, 1.0), "omega": (0.3, 0.5)}}, "over"),
         ({"over": {"alpha": (1.0, 0.5)}}, "bounds of alpha"),
-        ({"over": {"alpha": (-1.0, 0.5)}}, "bounds of alpha"),
-        ({"over": {"omega": (0.0, 0.5)}}, "bounds of omega"),
+        ({"over": {"alpha": (-1.0, 0.5)}}, "alpha"),
+        ({"over": {"omega": (0.0, 0.5)}}, "omega"),
         ({"values": 2}, "values"),
         ({"base": cs.Parameters()}, "base"),
         ({"max_seconds": 0}, "max_seconds"),
@@ -291,7 +292,7 @@ def test_orbits_that_are_one_or_elsewhere_are_refused(reversal) -> None:
     with pytest.raises(cs.InvalidInput, match="another orbit than the start"):
         cs.switch_by_pulse(reversal.start, again)
     (other,) = motions(cs.Parameters(), (0.0, 0.0, 0.0))
-    with pytest.raises(cs.InvalidInput, match="at the parameters of the start"):
+    with pytest.raises(cs.InvalidInput, match="at the same parameters"):
         cs.switch_by_pulse(reversal.start, other)
     with pytest.raises(cs.InvalidInput, match="an Orbit, as solve_orbit"):
         cs.switch_by_pulse(reversal.start, None)  # type: ignore[arg-type]
@@ -329,10 +330,9 @@ def test_the_command_writes_what_it_finds(call, tmp_path, reversal) -> None:
 
 
 @pytest.mark.long
-def test_the_command_takes_numbers_of_attractors_or_the_other_way(call) -> None:
+def test_the_command_takes_numbers_of_attractors(call) -> None:
     box = "--x-r -2:2 --v-r -2:2"
-    shown = {call(f"--state 0.5 -0.9 -0.9 {box} --reverse")[1], call(f"{box} --between 0 1")[1]}
-    shown |= {call(f"{box} --between 1 0")[1]}
+    shown = {call(f"{box} --between 0 1")[1], call(f"{box} --between 1 0")[1]}
     assert len(shown) == 2
     assert all("found: the pulse leads to the other attractor" in text for text in shown)
 
@@ -344,7 +344,7 @@ def test_the_command_takes_numbers_of_attractors_or_the_other_way(call) -> None:
         ("--to 0.4 0.9 0.1 --max-periods 0", "1<=x<=1000"),
         ("--to 0.4 0.9 0.1 --over delta=0:1", "bounds of one of alpha, omega"),
         ("--x-r -2:2 --between 0 9", "--between"),
-        ("--reverse", "a range of starts"),
+        ("--between 0 1", "a range of starts"),
         ("", "--to X_R V_R V_C"),
     ],
 )
@@ -355,14 +355,7 @@ def test_the_command_refuses_in_one_line(call, line, said) -> None:
     assert len(err) == 1
 
 
-def test_without_a_motion_the_other_way_the_json_says_so(call) -> None:
-    status, out, err = call("--alpha 0.7 --omega 0.8 --x-r -1:1 --v-r -1:-0.9 --reverse --json")
-    told = json.loads(out)
-    assert (status, told["success"], told["status"]) == (3, False, "no-attractor")
-    assert err == [told["message"]]
-
-
 def test_a_pulse_that_was_not_found_has_no_picture() -> None:
     none = cs.switch_by_pulse(*motions(LONG, *LONG_STARTS), most_periods=1, values=9)
     with pytest.raises(cs.InvalidInput, match="a pulse that was found"):
-        plot_pulse(none)
+        cs.plot(none)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._attractors.boundary import Basin
 from capsule_sym._attractors.destinations import KnownOrbits
+from capsule_sym._attractors.smallest import KnockSearch
 
 BISTABLE = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
 # Two motions of two excitation periods and of one.
@@ -116,24 +116,23 @@ def test_the_size_is_that_of_the_stable_manifold(
 
 
 def test_runs_return_are_lost_or_are_left_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs from all over, by the scalar map; those that do not finish do not count as lost."""
-    orbit = cs.solve_orbit(BISTABLE)
-    basin, random = Basin(orbit, (), None), np.random.default_rng(5)
-    times, states = random.uniform(0, basin.length, 12), random.uniform(-2, 2, (12, 3))
-    back = [comes_back(orbit, *one) for one in zip(times.tolist(), states, strict=True)]
-    assert set(back) == {True, False}
-    assert (~basin.lost(times, states)).tolist() == back
-    basin.near = 0.2
-    assert (~basin.lost(times, states)).tolist() == back
-    assert basin.patience < basin.periods
-    assert basin.stays_lost(times[[back.index(False)]], states[[back.index(False)]])
-    before = basin.patience
-    assert not basin.stays_lost(times[[back.index(True)]], states[[back.index(True)]])
-    assert basin.patience == min(4 * before, basin.periods)
+    """Knocks from all over, by the scalar map; runs that do not finish do not count as lost."""
+    orbit, random = cs.solve_orbit(BISTABLE), np.random.default_rng(5)
+    search = KnockSearch(orbit, np.eye(3), None, None, 0)
+    points = np.column_stack([random.uniform(0, 1, 12), random.uniform(-2, 2, (12, 3))])
+    times, _, states = search.starts(points)
+    lost = [not comes_back(orbit, *one) for one in zip(times.tolist(), states, strict=True)]
+    assert set(lost) == {True, False}
+    assert search.lost(points).tolist() == lost
+    before = search.patience
+    assert before < search.periods
+    assert search.stays_lost(points[lost])
+    assert search.patience == before
+    assert not search.stays_lost(points)
+    assert search.patience == search.periods
     cut = lambda *given: (np.empty(0, int), np.empty((0, 2, 3)))  # noqa: E731
     monkeypatch.setattr(KnownOrbits, "_marks", cut)
-    basin.near = 0.0
-    assert not basin.lost(times, states).any()
+    assert not search.lost(points).any()
 
 
 @pytest.mark.long

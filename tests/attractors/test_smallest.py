@@ -1,6 +1,5 @@
 """The smallest knock near one that loses a motion: corners by geometry; bisection of lines."""
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from capsule_sym._attractors.boundary import bisect
 from capsule_sym._attractors.smallest import ACCURACY, WIDTH, KnockSearch
 
 Vector = NDArray[np.float64]
@@ -19,15 +17,11 @@ class Corner(KnockSearch):
 
     def __init__(self, normals: Any, rates: Any, start: Vector) -> None:
         self.normals, self.rates = np.array(normals, dtype=float), np.array(rates, dtype=float)
-        self.random, self.tried, self.near = np.random.default_rng(0), 0, 0.0
-        self.report, self.best = lambda said: None, None
-        self.basin: Any = SimpleNamespace(stays_lost=self.lost, near=0.0)
-        first = self._smallest(start[None], float(np.linalg.norm(start[1:])))
-        assert first is not None
-        self._polish(first, WIDTH)
+        self.random, self.tried, self.best = np.random.default_rng(0), 0, None
+        self._polish(start[None], WIDTH)
 
-    def starts(self, points: Vector) -> Any:
-        return (points,)
+    def stays_lost(self, points: Vector) -> bool:
+        return bool(self.lost(points).all())
 
     def lost(self, points: Vector) -> NDArray[np.bool_]:
         levels = 1 + self.rates * abs(points[:, :1] - 0.3)
@@ -69,12 +63,14 @@ def test_the_smallest_knock_beyond_random_planes_is_found(seed: int) -> None:
 
 def test_bisection_takes_the_first_boundary_of_a_line() -> None:
     """Of lines from 0, runs are lost beyond a point, except in a gap farther on."""
+    search = Corner([[1, 0, 0]], [0], np.array([0.3, 3.0, 0.0, 0.0]))
     for length, end in ((1.0, 0.3), (2.0, 0.05), (4.0, 0.9)):
 
         def lost(points: Vector, length: float = length, end: float = end) -> NDArray[np.bool_]:
-            share = points[:, 0] / length
+            share = points[:, 1] / length
             return (share >= end) & ~((share > end + 0.2) & (share < end + 0.3))
 
-        inside, outside = bisect(lost, np.array([0.0, 2.0]), np.array([length, 2.0]), 1e-9)
-        assert outside == pytest.approx([end * length, 2.0], abs=1e-8)
-        assert inside[0] < end * length <= outside[0]
+        search.lost = lost
+        outside = search._bisected(np.array([0.2, length, 0.0, 0.0]), 1e-9)
+        assert outside == pytest.approx([0.2, end * length, 0.0, 0.0], abs=1e-8)
+        assert end * length <= outside[1]

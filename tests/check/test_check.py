@@ -6,12 +6,13 @@ import runpy
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 
 from capsule_sym import InvalidInput, Parameters, check_switches, inputs, scenes, simulate
 from capsule_sym._check.growth import growth_of_errors
-from capsule_sym._check.matching import Pair, matched
+from capsule_sym._check.matching import matched
 from capsule_sym._cli import group
 from tests.examples import ROOT
 
@@ -31,27 +32,28 @@ def switches(parameters, periods=PERIODS, state=(0.0, 0.0, 0.0)):
     ("true", "given", "expected"),
     [
         # A pair of switches is missed, and the next one of their kind is not taken for theirs.
-        ([(1, "a"), (1.1, "b"), (1.3, "a"), (1.5, "b")], [(1.3, "a"), (1.5, "b")], "1. 2. 31 42"),
-        ([(1, "a"), (2, "b")], [(1, "a"), (1.4, "b"), (1.5, "a"), (2, "b")], "11 .2 .3 24"),
-        ([(1, "a")], [(1.49, "a")], "11"),  # late, and the same
-        ([(1, "a")], [(1.51, "a")], "1. .1"),  # too late
-        ([], [(1, "a")], ".1"),
+        ([(1, "a"), (1.1, "b"), (1.3, "a"), (1.5, "b")], [(1.3, "a"), (1.5, "b")], "0. 1. 20 31"),
+        ([(1, "a"), (2, "b")], [(1, "a"), (1.4, "b"), (1.5, "a"), (2, "b")], "00 .1 .2 13"),
+        ([(1, "a")], [(1.49, "a")], "00"),  # late, and the same
+        ([(1, "a")], [(1.51, "a")], "0. .0"),  # too late
+        ([(1, "a")], [(0.9, "a"), (1.01, "a")], ".0 01"),  # only the nearer one is the same
+        ([(1, "a"), (1.1, "b")], [(1, "b"), (1.1, "a")], "01 .0 1."),  # not in another order
+        ([], [(1, "a")], ".0"),
         ([], [], ""),
     ],
 )
 def test_lists_are_matched_by_events_and_times(true, given, expected):
-    def columns(events):
-        return np.array([float(t) for t, _ in events]), [event for _, event in events]
+    def table(name, events):
+        times, kinds = [time for time, _ in events], [kind for _, kind in events]
+        return pd.DataFrame({name: np.array(times, float), "event": np.array(kinds, str)})
 
-    def place(one):
-        return None if one == "." else int(one) - 1
+    def place(events, time):
+        return "." if math.isnan(time) else str([at for at, _ in events].index(time))
 
-    found = matched(columns(true), columns(given), 0.5)
-    wanted = [Pair(place(a), place(b)) for a, b in expected.split()]
-    assert sorted(map(str, found)) == sorted(map(str, wanted))
-    for side in (0, 1):
-        places = [pair[side] for pair in found if pair[side] is not None]
-        assert places == list(range(len(places)))
+    found = matched(table("exact", true), table("given", given), 0.5)
+    pairs = zip(found["exact"], found["given"], strict=True)
+    shown = [place(true, a) + place(given, b) for a, b in pairs]
+    assert sorted(shown) == sorted(expected.split())
 
 
 def ends_from(parameters, segment, state):
@@ -108,10 +110,9 @@ def test_late_switches_are_told_apart_from_what_the_motion_makes_of_errors():
     found = check_switches(times, entered, CASE)
     assert found.success
     assert 1e-9 < found.segment_error < 1e-7
-    error, event, growth = found.latest
-    assert abs(error) == pytest.approx(np.nanmax(abs(found.errors)), rel=1e-12)
-    assert growth == growth_of_errors(simulate(CASE, periods=3)).max()
-    assert event.time == pytest.approx(times[np.argmax(abs(found.errors))], abs=1e-4)
+    latest = found.switches.iloc[np.argmax(abs(found.errors))]
+    assert latest["growth"] == growth_of_errors(simulate(CASE, periods=3)).max()
+    assert latest["exact"] == pytest.approx(times[np.argmax(abs(found.errors))], abs=1e-4)
 
 
 def test_missed_switches_of_exact_times_are_the_searchs():

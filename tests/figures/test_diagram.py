@@ -14,7 +14,7 @@ from capsule_sym._orbits.continuation.records import branch_record
 from capsule_sym._records import dumps
 from tests.orbits.branches import settled
 
-WORD = "all quantities are dimensionless"
+WORD = "quantities without a unit are dimensionless"
 
 
 @pytest.fixture(scope="module")

@@ -31,12 +31,13 @@ def swept() -> xr.Dataset:
     itineraries = np.where(np.arange(24)[:, None] + np.zeros(16) < 11, 11, 22)
     itineraries[20:, 12:] = -1
     flags = {"flag_values": list(CODES), "flag_meanings": " ".join(CODES.values())}
+    known = {"attractors": [{"itinerary": CODES[11].replace("_", " "), "fraction": 0.5}]}
     over = {"alpha": np.linspace(0, 2, 24), "gamma": np.linspace(1, 3, 16)}
     cells = {name: (tuple(over), np.ones((24, 16))) for name in ("velocity", "work")}
     return xr.Dataset(
         {
             "itinerary": (tuple(over), itineraries, flags),
-            "attractor": (tuple(over), np.where(itineraries == 11, 0, -1)),
+            "attractor": (tuple(over), np.where(itineraries == 11, 0, -1), known),
             **cells,
         },
         coords=over,
@@ -81,12 +82,10 @@ OTHERS: dict[str, Callable[[Any, float], Any]] = {
     "basin": lambda branch, width: cs.figures.plot_basin(swept(), width=width),
     "front": lambda branch, width: cs.figures.plot_front(drive(), width=width),
     "residuals": lambda branch, width: cs.figures.plot_residuals(fitted(), width=width),
-    "pulse": lambda branch, width: cs.figures.plot_pulse(pulse(), width=width),
+    "pulse": lambda branch, width: cs.plot(pulse(), width=width),
     "tolerances": lambda branch, width: cs.figures.plot_tolerances(spread(), width=width),
-    "attractors": lambda branch, width: cs.figures.plot_attractors(coexisting(), width=width),
-    "shock": lambda branch, width: cs.figures.plot_shock(
-        cs.minimal_shock(pulse().start), width=width
-    ),
+    "attractors": lambda branch, width: cs.plot(coexisting(), width=width),
+    "shock": lambda branch, width: cs.plot(cs.minimal_shock(pulse().start), width=width),
     "diagram": lambda branch, width: cs.plot(branch, width=width),
     "motion": lambda branch, width: cs.plot(branch.points[0].orbit, width=width),
     "metric": lambda branch, width: cs.figures.plot_metric(swept(), width=width),
@@ -169,7 +168,7 @@ def test_turned_names_side_by_side_do_not_meet() -> None:
 
 def test_fractions_of_attractors_are_stacked_and_named() -> None:
     found = coexisting()
-    figure = cs.figures.plot_attractors(found)
+    figure = cs.plot(found)
     (axes,) = figure.axes
     below = np.zeros(len(found.values))
     for branch, area in zip(found.branches, axes.collections, strict=True):

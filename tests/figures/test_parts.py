@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 import capsule_sym as cs
 from capsule_sym._design.front import FrontPart
-from capsule_sym.figures import plot_front, plot_pulse, plot_residuals, plot_tolerances
+from capsule_sym.figures import plot_front, plot_residuals, plot_tolerances
 from capsule_sym.results import Front, Optimum, Status
 from tests.public import PUBLIC
 from tests.sampling import sampled, some
@@ -55,7 +55,7 @@ Arguments = Callable[[], tuple[Any, ...]]
 COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
     "residuals": (plot_residuals, lambda: (fitted(),)),
     "tolerances": (plot_tolerances, lambda: (spread(),)),
-    "pulse": (plot_pulse, lambda: (pulse(),)),
+    "pulse": (cs.plot, lambda: (pulse(),)),
 }
 
 

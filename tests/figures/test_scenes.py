@@ -40,15 +40,13 @@ def test_a_portrait_shows_the_stop_and_where_rest_ends() -> None:
     assert stops_of(p) == (p.delta,)
 
 
-def test_pulses_and_their_edges_are_shown() -> None:
+def test_pulses_are_shown() -> None:
     p = PULSED.Parameters(alpha=1.8, delta=0.1, D=0.3)
     figure = plot_motion(simulate(p, periods=60))
-    left, right = figure.axes
+    left, _ = figure.axes
     bands = [patch.get_extents() for patch in left.patches if patch.get_label() == PULSE]
     ends = [left.transData.inverted().transform(band)[:, 0].tolist() for band in bands]
     assert ends == [pytest.approx([turn, turn + 0.3]) for turn in range(3)]
-    assert {"rise of the drive", "fall of the drive"} <= labels_of(figure)
-    assert {line.get_label() for line in right.lines} >= {"rise of the drive"}
     assert not [name for name, _ in borders(p, -1.0, 1.0) if name != "stop"]  # they move
 
 

@@ -46,7 +46,8 @@ def test_a_motion_is_that_of_the_device(run) -> None:
 
 def test_curves_without_units_say_so() -> None:
     curves = plot_curves({"curves": crowd()["curves"][:1]})
-    assert curves.legends[1].get_texts()[-1].get_text() == "all quantities are dimensionless"
+    said = curves.legends[1].get_texts()[-1].get_text()
+    assert said == "quantities without a unit are dimensionless"
 
 
 def test_sweeps_of_a_device_are_in_si_units() -> None:

@@ -2,6 +2,7 @@
 
 from runpy import run_path
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from capsule_sym import Parameters, check_switches
@@ -19,9 +20,9 @@ def draw(width: float = 3.6) -> Figure:
     for label, step in (("SciPy's own steps", p.period), ("at most T/50", p.period / 50)):
         runs = [switches(0.7, tolerance, end, step) for tolerance in tolerances]
         found = [check_switches(*zip(*run, strict=True), p, end=end) for run in runs]
-        wrong = [sum(None in pair for pair in one.pairs) for one in found]
+        wrong = [int(np.isnan(one.errors).sum()) for one in found]
         left.semilogx(tolerances, wrong, "o-", label=label)
-    late = [abs(one.latest[0]) for one in found]
+    late = [np.nanmax(abs(one.errors)) for one in found]
     right.loglog(tolerances, late, "o-", label="switching time")
     own = [one.segment_error for one in found]
     right.loglog(tolerances, own, "s-", label="state, a segment")

@@ -88,7 +88,7 @@ def test_another_figure_of_a_device_says_that_it_is_dimensionless() -> None:
     study = Study(untracked, DEVICE.dimensionless(), chosen=True, device=DEVICE)
     figure = FIGURES["fig3"].drawn(study)
     words = [text.get_text() for key in figure.legends for text in key.get_texts()]
-    assert "all quantities are dimensionless" in words
+    assert "quantities without a unit are dimensionless" in words
     assert len({text.get_fontsize() for key in figure.legends for text in key.get_texts()}) == 1
     assert problems(figure) == []
     plain = FIGURES["fig3"].drawn(Study(untracked, DEVICE.dimensionless(), chosen=True))
