@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 from capsule_sym._arrays import Vector
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.front import Front, FrontPart
-from capsule_sym._design.front_survey import FrontSurvey
+from capsule_sym._design.front_survey import FrontSurvey, trade_offs
 from capsule_sym._design.optimum import Optimum, optimum_of
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function, Limit
+from capsule_sym._design.quantities import Function
 from capsule_sym._design.search import Optimisation
 from capsule_sym._design.stationary import SOLVED
+from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._processes import sobol
 
@@ -30,6 +31,7 @@ SAME = 1e-3
 """Least difference of two points in both metrics, a share of the ranges of the front."""
 _STARTS = 6  # searches for each end, half of those of an optimum: the survey may better it
 _PIECES = 2  # on which a point is searched: with more a front with riddled basins takes a minute
+_BRANCHES = 3  # from which a point is searched
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
 
 
@@ -49,7 +51,8 @@ class FrontSearch:
 
     def __init__(self, program: Program, cost: Function, count: int) -> None:
         """`count` points are wanted of a program against a cost."""
-        self.searches = Optimisation(program), Optimisation(replace(program, function=cost, sign=1))
+        other = replace(program, function=cost, sign=1)
+        self.searches = Optimisation(Survey(program)), Optimisation(Survey(other))
         self.count, self.done, self.ranges = count, False, np.ones(2)
         self.points: list[FrontPoint] = []
         """Points by increasing second metric, of which none is better than another."""
@@ -88,67 +91,56 @@ class FrontSearch:
             self.points = [high if high.both[0] < low.both[0] and not same[0] else low]
             return
         self.points, self.ranges = [low, high], abs(high.both - low.both)
-        self.survey = FrontSurvey(self.searches[0].program, self.searches[1].program, seed)
+        cost = self.searches[1].program.function
+        self.survey = FrontSurvey(self.program, cost, float(self.ranges[1]), seed)
         self.survey.look(sobol(len(self.program.names), _CELLS * samples, seed))
         self.survey.evolve()
         self.fill()
         for lower, upper, gap in [*zip(self.points, self.points[1:], self.gaps, strict=False)]:
             if gap and np.sum(abs(upper.both - lower.both) / self.ranges) > 2 / self.count:
-                last = self.point(float(lower.both[1] + upper.both[1]) / 2, lower.u)
-                self.add(last)
-                if last in self.points and lower in self.points[1:]:
-                    self.points.remove(lower)  # the end of its branch is in its place
-                elif last in self.points and len(self.points) > self.count:
-                    self.points.remove(last)
+                self.add(self.point(float(lower.both[1] + upper.both[1]) / 2))
+        while len(self.points) > self.count:
+            both = np.array([one.both for one in self.points])
+            self.points.pop(1 + int((abs(both[2:] - both[:-2]) / self.ranges).sum(axis=1).argmin()))
         self.breaks = np.flatnonzero(self.gaps).tolist()
 
     def fill(self) -> None:
         """Make points of the places of the survey's front that are the farthest from all points."""
-        places = self.survey
+        seen = [one.both for one in self.points]
         while len(self.points) < self.count:
-            front = places.front(np.arange(len(places.u)))
-            apart = [abs(places.both[front] - one.both) / self.ranges for one in self.points]
-            far = np.min(np.sum(apart, axis=2), axis=0)
+            front = self.survey.front
+            apart = [(abs(front - both) / self.ranges).sum(axis=1) for both in seen]
+            far = np.min(apart, axis=0)
             if far.max() < SAME:
                 break
             self.program.tell(f"search between {len(self.points)} points of {self.count}")
-            i = front[np.argmax(far)]
-            bound, places.both[i] = float(places.both[i, 1]), np.inf  # it is tried once
-            self.add(self.point(bound, places.u[i]))
+            seen.append(front[np.argmax(far)])
+            if (found := self.point(float(seen[-1][1]))) is not None:
+                seen.append(found.both)
+            self.add(found)
 
     def add(self, point: FrontPoint | None) -> None:
         """Keep a point, also as a place of the survey, and no points that it betters."""
         if point is None:
             return
-        self.survey.add(point.u[None], point.both[None])
-        points = sorted([*self.points, point], key=lambda one: (one.both[1], one.both[0]))
-        least = np.minimum.accumulate([math.inf, *(one.both[0] for one in points)])
-        self.points = [
-            one for one, level in zip(points, least, strict=False) if one.both[0] < level
-        ]
+        self.survey.look(point.u[None])
+        every = [*self.points, point]
+        self.points = [every[i] for i in trade_offs(np.array([one.both for one in every]))]
 
-    def point(self, bound: float, u: Vector) -> FrontPoint | None:
-        """Best of the first metric from a place, with the second one at most at a bound."""
-        search = Optimisation(self.bounded(bound))
-        place = search.descend(search.program.begin(u))
-        if place is None or place.beyond:
+    def point(self, bound: float) -> FrontPoint | None:
+        """Best of the first metric with the second one at most at a bound.
+
+        Searches begin at the best places of several branches of the survey.
+        """
+        search = Optimisation(self.survey.bounded(bound))
+        places = search.descents(_BRANCHES)
+        if not places or places[0].beyond:
             return None
-        found = search.solved(place, _PIECES) or search.bounded(place)
+        found = search.solved(places[0], _PIECES) or search.bounded(places[0])
         optimum = optimum_of(found)
         slope = optimum.constraints[len(self.program.limits)].multiplier or math.nan
         place = found.place
         return FrontPoint(place.u, self.both(place.u, place.motion), optimum, slope)
-
-    def bounded(self, bound: float) -> Program:
-        """Problem of the first metric with the second one at most at a bound."""
-        text = f"{self.names[1]} <= {bound:.6g}"
-        limit = Limit(text, self.searches[1].program.function, bound, -1)
-        return replace(
-            self.program,
-            progress=None,
-            limits=(*self.program.limits, limit),
-            limit_units=(*self.program.limit_units, float(self.ranges[1])),
-        )
 
     def end(self, optimum: Optimum) -> FrontPoint:
         """Optimum of a metric as an end of the front."""

@@ -24,6 +24,7 @@ from capsule_sym._design.quantities import (
     real,
 )
 from capsule_sym._design.search import Optimisation
+from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import checks
 from capsule_sym._native import Watch
@@ -125,7 +126,7 @@ def optimise(
     """
     program = program_of(metric, over, base, maximise, subject_to, margin, start, progress)
     check_survey(samples, seed)
-    search = Optimisation(program)
+    search = Optimisation(Survey(program))
     with Watch(checks.checked_seconds(max_seconds)):
         search.run(samples, seed)
     return search.result

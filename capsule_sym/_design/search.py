@@ -45,8 +45,8 @@ _UNSATISFIED = "no place within the bounds was found to satisfy "
 class Optimisation:
     """One optimisation, from its survey to its result; a surrounding watch limits its time."""
 
-    def __init__(self, program: Program) -> None:
-        self.survey = Survey(program)
+    def __init__(self, survey: Survey) -> None:
+        self.survey = survey
         self.evaluations, self.followed, self.samples = 0, 0, 0
         self.best: Place | None = None
         """Best place that the start leads to."""
@@ -76,10 +76,14 @@ class Optimisation:
             self.found = self.empty(Status.FLAT, self.survey.flat)
             return
         self.survey.evolve(_GENERATIONS)
-        begin = map(self.program.begin, self.survey.starts(starts))
-        places = sorted(filter(None, map(self.descend, begin)), key=lambda place: place.rank)
+        places = self.descents(starts)
         self.polish(places)
         self.found = self.conclude(places)
+
+    def descents(self, starts: int) -> list[Place]:
+        """Best places of searches from so many starts, the best first."""
+        begin = map(self.program.begin, self.survey.starts(starts))
+        return sorted(filter(None, map(self.descend, begin)), key=lambda place: place.rank)
 
     def descend(self, first: Place | None) -> Place | None:
         """Best place that the start leads to on the way of a search from one."""

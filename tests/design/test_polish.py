@@ -14,6 +14,7 @@ from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimum import optimum_of
 from capsule_sym._design.polish import MARGIN, bifurcation_of, polish, with_limit
 from capsule_sym._design.search import Optimisation
+from capsule_sym._design.survey import Survey
 from capsule_sym._orbits.continuation.kinds import FOLD as FOLD_TYPE
 from capsule_sym._orbits.continuation.kinds import NEIMARK_SACKER, PERIOD_DOUBLING
 
@@ -118,7 +119,7 @@ def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins()
     program = program_of("work", over, base, False, (), None)
 
     def best(u):
-        return Optimisation(program).improved(program.begin(np.array(u)))
+        return Optimisation(Survey(program)).improved(program.begin(np.array(u)))
 
     one = best((0.2799, 0.9592))
     other = best((one.u[0] + 1e-3, one.u[1] - 1e-3))
@@ -165,5 +166,5 @@ def test_the_start_has_to_lead_to_the_motion_of_an_optimum() -> None:
     )
     place, other = first.begin(u), second.begin(u)
     assert place.objective * other.objective < 0
-    assert Optimisation(first).start_reaches(place)
-    assert not Optimisation(first).start_reaches(other)
+    assert Optimisation(Survey(first)).start_reaches(place)
+    assert not Optimisation(Survey(first)).start_reaches(other)
