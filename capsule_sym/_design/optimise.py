@@ -150,9 +150,6 @@ def program_of(
         raise InvalidInput("margin", margin, "from 0 to below 1")
     if isinstance(subject_to, str):
         subject_to = (subject_to,)
-    state = tuple(start) if isinstance(start, Sequence | np.ndarray) else ()
-    if len(state) != 3 or not all(map(real, state)):
-        raise InvalidInput("start", start, "a state (x_r, v_r, v_c) of finite numbers")
     program = Program(
         system=system,
         names=tuple(over),
@@ -162,7 +159,7 @@ def program_of(
         sign=-1 if maximise else 1,
         limits=limits_of(subject_to, system),
         margin=margin,
-        start=(float(state[0]), float(state[1]), float(state[2])),
+        start=checked_start(start),
         progress=progress,
     )
     _check_ends(program)
@@ -172,6 +169,14 @@ def program_of(
 def system_of(base: System | None) -> System:
     """System to optimise, by default that of the case study."""
     return Parameters() if base is None else base
+
+
+def checked_start(start: Sequence[float]) -> tuple[float, float, float]:
+    """State as three floats; raises InvalidInput for any other."""
+    try:
+        return checks.checked_state(start)
+    except InvalidInput as error:
+        raise InvalidInput("start", start, error.allowed) from None
 
 
 def _check_ends(program: Program) -> None:

@@ -5,7 +5,7 @@ The variables u are parameters of a system, each scaled by its bounds to [0, 1].
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -24,6 +24,7 @@ from capsule_sym._design.quantities import (
     of,
     valued,
 )
+from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._parameters import names_of
 
 KEPT = 1e-7
@@ -97,11 +98,14 @@ class Program:
         if self.progress is not None:
             self.progress(doing)
 
+    def values_at(self, u: Matrix) -> Matrix:
+        """Variables (..., k) of scaled ones."""
+        return np.where(u == 1.0, self.high, self.low + u * (self.high - self.low))
+
     def system_at(self, u: Vector) -> System:
         """System at the scaled variables u."""
-        values = self.low + u * (self.high - self.low)
-        values = np.where(u == 1.0, self.high, values)
-        return self.system.replace(**dict(zip(self.names, values.tolist(), strict=True)))
+        values = self.values_at(u).tolist()
+        return self.system.replace(**dict(zip(self.names, values, strict=True)))
 
     def u_of(self, system: System) -> Vector:
         """Scaled variables of a system."""
@@ -136,16 +140,22 @@ class Program:
 
     def at(self, u: Vector, motion: Motion) -> Place:
         """Objective and slacks of a motion at u; raises LinAlgError at a fold."""
-        found = of(motion.metrics, self.system_at(u))
-        rows = [valued("metric", self.function, found)]
-        rows += [limit.slack(found) for limit in self.limits]
+        stability = Slope(0.0, 0.0)
         if self.margin is not None:
-            slope = -self.by_all(u, multiplier_by(motion))
-            rows.append((1 - self.margin - motion.multiplier, slope))
-        units = np.append(self.sign * self.unit, self.sizes)
-        values = np.array([value for value, _ in rows]) / units
-        by = np.array([slope for _, slope in rows]) / units[:, None]
+            stability = Slope(motion.multiplier, self.by_all(u, multiplier_by(motion)))
+        rows = self.rows(of(motion.metrics, self.system_at(u)), stability)
+        units = np.append(self.unit, self.sizes)
+        values = np.array([one.value for one in rows]) / units
+        by = np.array([one.slope for one in rows]) / units[:, None]
         return Place(u, motion, float(values[0]), by[0], values[1:], by[1:])
+
+    def rows(self, every: Mapping[str, Slope], multiplier: Slope) -> list[Slope]:
+        """Objective and slacks of one motion or of n, by all of their metrics, without units."""
+        found = [valued("metric", self.function, every) * self.sign]
+        found += [limit.slack(every) for limit in self.limits]
+        if self.margin is not None:
+            found.append(1 - self.margin - multiplier)
+        return found
 
     @property
     def sizes(self) -> Vector:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,24 +42,9 @@ class Settled(NamedTuple):
         self.period_numbers[some] = period_numbers
 
     def branch(self, i: int) -> tuple[int, ...]:
-        """Period number and itinerary of motion i."""
-        return branch_of(self.found, i, int(self.period_numbers[i]))
-
-
-def branch_of(found: Performances, i: int, period_number: int) -> tuple[int, ...]:
-    """Period number and fields of one period of motion i, from the start of its itinerary."""
-    return (period_number, *found.cycle(i))
-
-
-def joined(parts: Sequence[Settled]) -> Settled:
-    """Motions of several blocks as one."""
-    first = parts[0].found
-    records, stops, fields = (
-        np.concatenate([getattr(one.found, name) for one in parts])
-        for name in ("records", "stops", "fields")
-    )
-    numbers = np.concatenate([one.period_numbers for one in parts])
-    return Settled(Performances(records, stops, fields, first.scene), numbers)
+        """Period number and fields of one period of motion i; empty without one."""
+        number = int(self.period_numbers[i])
+        return (number, *self.found.cycle(i)) if number > 0 else ()
 
 
 def settle_many(

@@ -137,7 +137,7 @@ class Survey:
         device = not isinstance(program.system, SceneParameters)
         names = {tied: name for name, (tied, _) in scene.facts.DRIVEN.items()} if device else {}
         gaps, springs = zip(*scene.facts.STOPS, strict=True)
-        rows = Grid(program, cells.u).rows
+        rows = Grid(program.system, program.names, program.values_at(cells.u)).rows
         if not rows[:, [scene.facts.PARAMETERS.index(one) for one in springs]].any():
             stiffer = " or ".join(names.get(one, one) for one in springs)
             return f"{said}: the spring has no stiffness: raise {stiffer}"
