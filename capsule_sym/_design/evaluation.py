@@ -18,14 +18,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._design.settled import settle_many
+from capsule_sym._design.settled import attracting, settle_many
 from capsule_sym._map.drift import drifts
 from capsule_sym._map.itinerary import begun
 from capsule_sym._native import check_time
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._orbits.metrics.performance import performance
-from capsule_sym._orbits.shooting.admissibility import is_admissible
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
@@ -93,15 +92,6 @@ class Motion:
         assert self._orbit is not None
         return float(abs(floquet_multipliers(self._orbit)[0]))
 
-    @cached_property
-    def admissible(self) -> bool:
-        """True if the map has this orbit, and it is stable."""
-        if self.found is not None:
-            return self.multiplier < 1  # the core has closed the map itself
-        assert self._orbit is not None
-        inside = bool(min(self._orbit.durations) > 0)
-        return inside and self.multiplier < 1 and is_admissible(self._orbit)
-
 
 def drifting(
     scene: Scene, rows: Vector, fields: NDArray[Any], values: Vector, multipliers: ArrayLike
@@ -128,16 +118,6 @@ def _values(parameters: SceneParameters) -> Vector:
     return np.array(list(parameters.to_dict().values()))
 
 
-def closed(parameters: SceneParameters, state: Vector, period_number: int) -> Motion | None:
-    """Motion of the map near a state at forcing angle 0, by the core; None if none."""
-    found = performance_many(
-        _values(parameters), state, period_number, gradients=True, scene=parameters.scene
-    )
-    check_time()
-    whole = found.closed[0] and bool(np.all(np.isfinite(found.gradients[0])))
-    return Motion(parameters, found, period_number) if whole else None
-
-
 def settle(
     parameters: SceneParameters, state: Sequence[float], phase: float = 0.0
 ) -> Motion | None:
@@ -154,13 +134,6 @@ def _start_of(orbit: Orbit, parameters: SceneParameters) -> tuple[list[float], f
     *state, angle = (float(value) for value in orbit.z[:4])
     phase = (angle % math.tau) / parameters.omega
     return state, min(phase, math.nextafter(parameters.period, 0.0))
-
-
-def _moved(motion: Motion, found: Performances, parameters: SceneParameters) -> Motion | None:
-    """Motion of the map at other parameters, next to one closed by the core."""
-    moved = _values(parameters) - _values(motion.parameters)
-    state = motion.state + found.by_parameter[0] @ moved
-    return closed(parameters, state, motion.period_number)
 
 
 def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | None:
@@ -180,12 +153,13 @@ def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | N
 
 def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | None:
     """The motion continued to other parameters, or the one on which it settles; None if lost."""
-    if motion.found is not None:
-        found, state, phase = _moved(motion, motion.found, parameters), motion.state.tolist(), 0.0
-    else:
+    if motion.found is None:
         assert motion.orbit is not None
-        found = same_itinerary_at(motion, parameters)
-        state, phase = _start_of(motion.orbit, parameters)
-    if found is not None and found.admissible:
-        return found
-    return settle(parameters, state, phase)
+        return settle(parameters, *_start_of(motion.orbit, parameters))
+    row, number, scene = _values(parameters), motion.period_number, parameters.scene
+    state = motion.state + motion.found.by_parameter[0] @ (row - _values(motion.parameters))
+    found = performance_many(row, state, number, gradients=True, scene=scene)
+    check_time()
+    if attracting(found, gradients=True)[0]:
+        return Motion(parameters, found, number)
+    return settle(parameters, motion.state.tolist())

@@ -73,7 +73,7 @@ class Optimisation:
         self.survey.run(samples, seed)
         check_time()
         if self.survey.flat:
-            self.found = self.empty(Status.FLAT, self.survey.flat)
+            self.found = self.ended(Status.FLAT, self.survey.flat)
             return
         self.survey.evolve(_GENERATIONS)
         places = self.descents(starts)
@@ -164,45 +164,33 @@ class Optimisation:
 
     def conclude(self, places: Sequence[Place]) -> Optimum:
         """Best optimum, or why there is none, by the best places."""
-        if not places:
-            return self.nowhere()
-        if not self.optima:
-            message = _UNSATISFIED + failed_limits(self.program, places[0])
-            return replace(self.rough(places[0]), status=Status.INFEASIBLE, message=message)
-        return optimum_of(min(self.optima, key=lambda one: one.place.objective))
-
-    def nowhere(self) -> Optimum:
-        """Result if the start leads to no motion, or to none on which all limits are defined."""
-        numbers = self.survey.cells.numbers
+        program, numbers = self.program, self.survey.cells.numbers
+        if self.optima:
+            return optimum_of(min(self.optima, key=lambda one: one.place.objective))
+        if places:
+            message = _UNSATISFIED + failed_limits(program, places[0])
+            return self.ended(Status.INFEASIBLE, message, places[0])
         if (numbers < 0).all():
-            return self.empty(Status.TIME_LIMIT, "no place is known")
+            return self.ended(Status.TIME_LIMIT, "no place is known")
         if not np.any(numbers > 0):
-            return self.empty(Status.NO_MOTION, "the start leads to no periodic motion")
-        return self.empty(Status.INFEASIBLE, _UNSATISFIED + " and ".join(self.program.texts))
+            return self.ended(Status.NO_MOTION, "the start leads to no periodic motion")
+        return self.ended(Status.INFEASIBLE, _UNSATISFIED + " and ".join(program.texts))
 
     def unfinished(self) -> Optimum:
         """Result at the time limit: the best place that was found."""
-        program, cells = self.program, self.survey.cells
+        cells, place = self.survey.cells, self.best
+        merit = cells.merit(self.program)
+        if place is None and np.isfinite(merit).any():
+            place = self.program.begin(cells.u[merit.argmin()])
+        if place is None:
+            return self.ended(Status.TIME_LIMIT, "time limit reached, and no place was found")
         message = "time limit reached: this is the best place so far"
-        if self.best is not None:
-            return replace(self.rough(self.best), status=Status.TIME_LIMIT, message=message)
-        merit = cells.merit(program)
-        if not np.isfinite(merit).any():
-            return self.empty(Status.TIME_LIMIT, "time limit reached, and no place was found")
-        i = int(merit.argmin())
-        system = program.system_at(cells.u[i])
-        over = {name: float(getattr(system, name)) for name in program.names}
-        value = program.sign * float(cells.objective[i])
-        found = self.empty(Status.TIME_LIMIT, message)
-        return replace(found, system=system, over=over, value=value)
+        return self.ended(Status.TIME_LIMIT, message, place)
 
-    def empty(self, status: Status, message: str) -> Optimum:
-        """Result without a place."""
+    def ended(self, status: Status, message: str, place: Place | None = None) -> Optimum:
+        """Result that is no optimum, with a place if there is one."""
         program = self.program
-        return Optimum(
-            program.name, program.sign < 0, program.system, status=status, message=message
-        )
-
-    def rough(self, place: Place) -> Optimum:
-        """Result of a place that is no optimum."""
-        return optimum_of(replace(balanced(self.program, place), kkt_satisfied=False))
+        found = Optimum(program.name, program.sign < 0, program.system)
+        if place is not None:
+            found = optimum_of(replace(balanced(program, place), kkt_satisfied=False))
+        return replace(found, status=status, message=message)

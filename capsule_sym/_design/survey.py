@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.cells import Grid, evaluate, together
+from capsule_sym._design.cells import evaluate, together
 from capsule_sym._design.program import KEPT, Program
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.labelled import package
 from capsule_sym._native import Watch, check_time, present
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import SceneDevice
 from capsule_sym._processes import sobol
 
 MEMBERS = 6
@@ -134,12 +134,11 @@ class Survey:
             # In contact, or by a bias, a capsule may drift.
             same = len(moving) > 1 and np.isfinite(found[0]) and cells.beyond(program).min() <= KEPT
             return f"{said}, and nothing changes it" if same else ""
-        device = not isinstance(program.system, SceneParameters)
+        device = isinstance(program.system, SceneDevice)
         names = {tied: name for name, (tied, _) in scene.facts.DRIVEN.items()} if device else {}
-        gaps, springs = zip(*scene.facts.STOPS, strict=True)
-        rows = Grid(program.system, program.names, program.values_at(cells.u)).rows
-        if not rows[:, [scene.facts.PARAMETERS.index(one) for one in springs]].any():
-            stiffer = " or ".join(names.get(one, one) for one in springs)
-            return f"{said}: the spring has no stiffness: raise {stiffer}"
-        lower, force = " or ".join(names.get(one, one) for one in gaps), names.get("alpha", "alpha")
-        return f"{said}: the mass does not reach the spring: lower {lower} or raise {force}"
+        gaps, springs = (
+            " or ".join(names.get(one, one) for one in each)
+            for each in zip(*scene.facts.STOPS, strict=True)
+        )
+        force = names.get("alpha", "alpha")
+        return f"{said}: no spring is compressed: lower {gaps}, or raise {force} or {springs}"

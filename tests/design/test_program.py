@@ -222,7 +222,7 @@ def test_a_metric_without_a_number_where_nothing_drifts_says_why() -> None:
         "cost_of_transport", {"alpha": (0.8, 1.0)}, cs.Parameters(delta=9.0), samples=2
     )
     assert (found.status, found.success) == ("flat", False)
-    assert found.message.endswith("the mass does not reach the spring: lower delta or raise alpha")
+    assert found.message.endswith("no spring is compressed: lower delta, or raise alpha or beta")
 
 
 @pytest.mark.parametrize("at", ["survey", pytest.param("search 1", marks=pytest.mark.long)])
