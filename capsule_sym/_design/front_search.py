@@ -8,21 +8,20 @@ metric, with the second one at most that of the place.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.front import Front, FrontPart
 from capsule_sym._design.front_survey import FrontSurvey, trade_offs
 from capsule_sym._design.optimum import Optimum, optimum_of
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function
+from capsule_sym._design.quantities import Function, of, valued
 from capsule_sym._design.search import Optimisation
-from capsule_sym._design.stationary import SOLVED
+from capsule_sym._design.stationary import SOLVED, LocalOptimum
 from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._processes import sobol
@@ -35,8 +34,7 @@ _BRANCHES = 3  # from which a point is searched
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
 
 
-@dataclass(eq=False)
-class FrontPoint:
+class FrontPoint(NamedTuple):
     """Point of a front, with both of its metrics in the sense of minimisation."""
 
     u: Vector
@@ -53,6 +51,7 @@ class FrontSearch:
         """`count` points are wanted of a program against a cost."""
         other = replace(program, function=cost, sign=1)
         self.searches = Optimisation(Survey(program)), Optimisation(Survey(other))
+        self.names = program.name, other.name
         self.count, self.done, self.ranges = count, False, np.ones(2)
         self.points: list[FrontPoint] = []
         """Points by increasing second metric, of which none is better than another."""
@@ -64,19 +63,13 @@ class FrontSearch:
         """Problem of the first metric."""
         return self.searches[0].program
 
-    @property
-    def names(self) -> tuple[str, str]:
-        """Names of both metrics."""
-        first, second = (one.program.name for one in self.searches)
-        return first, second
-
     def run(self, samples: int, seed: int) -> None:
         """Find the ends, the approximate front between them, and the points."""
         for one in self.searches:
             one.run(samples, seed, _STARTS)
-        best, least = (one.result for one in self.searches)
-        if self.has_motion(best) and self.has_motion(least):
-            self.between(self.end(least), self.end(best), samples, seed)
+        if all(one.optima for one in self.searches):
+            high, low = (self.made(one.optimum) for one in self.searches)
+            self.between(low, high, samples, seed)
         self.done = True
 
     def between(self, low: FrontPoint, high: FrontPoint, samples: int, seed: int) -> None:
@@ -137,24 +130,15 @@ class FrontSearch:
         if not places or places[0].beyond:
             return None
         found = search.solved(places[0], _PIECES) or search.bounded(places[0])
-        optimum = optimum_of(found)
-        slope = optimum.constraints[len(self.program.limits)].multiplier or math.nan
-        place = found.place
-        return FrontPoint(place.u, self.both(place.u, place.motion), optimum, slope)
+        limit = len(self.program.limits)
+        return self.made(found, optimum_of(found).constraints[limit].multiplier or math.nan)
 
-    def end(self, optimum: Optimum) -> FrontPoint:
-        """Optimum of a metric as an end of the front."""
-        assert optimum.orbit is not None
-        u = self.program.u_of(optimum.system)
-        motion = Motion(optimum.orbit.parameters, None, orbit=optimum.orbit)
-        return FrontPoint(u, self.both(u, motion), optimum)
-
-    def both(self, u: Vector, motion: Motion) -> Vector:
-        """Both metrics of a motion in the sense of minimisation."""
-        plain: dict[str, Any] = {"unit": 1.0, "limits": (), "limit_units": (), "margin": None}
-        return np.array(
-            [replace(one.program, **plain).at(u, motion).objective for one in self.searches]
-        )
+    def made(self, found: LocalOptimum, slope: float = math.nan) -> FrontPoint:
+        """Optimum as a point of the front."""
+        place, problems = found.place, [one.program for one in self.searches]
+        every = of(place.motion.metrics, self.program.system_at(place.u))
+        both = [valued("metric", one.function, every).value * one.sign for one in problems]
+        return FrontPoint(place.u, np.array(both, float), optimum_of(found), slope)
 
     @property
     def gaps(self) -> NDArray[np.bool_]:
@@ -164,10 +148,6 @@ class FrontSearch:
         worst = np.maximum(both[:-1], both[1:]) + SAME * self.ranges
         found: NDArray[np.bool_] = (between.reshape(3, -1, 2) > worst).any(axis=(0, 2))
         return found
-
-    def has_motion(self, optimum: Optimum) -> bool:
-        """True if an optimum has an orbit, and is within the limits."""
-        return optimum.orbit is not None and optimum.status is not Status.INFEASIBLE
 
     @property
     def parts(self) -> tuple[FrontPart, ...]:
@@ -194,15 +174,12 @@ class FrontSearch:
 
     def _conclusion(self) -> tuple[Status, str]:
         """Status and message."""
-        best, least = (one.result for one in self.searches)
-        if not self.points and self.done:
-            end = least if self.has_motion(best) else best
-            return end.status, end.message
-        if not self.points:
-            return Status.TIME_LIMIT, "time limit reached: ends are missing"
         found = counted(len(self.points), "point")
         if not self.done:
             return Status.TIME_LIMIT, f"time limit reached: {found} of {self.count} were found"
+        if not self.points:
+            end = next(one.result for one in self.searches if not one.optima)
+            return end.status, end.message
         if len(self.points) == 1:
             return Status.OPTIMAL, "one point is best in both metrics"
         if len(self.parts) > 1:

@@ -67,6 +67,11 @@ class Optimisation:
             found = replace(found, message=found.message + unknown)
         return replace(found, statistics=record(self, "evaluations followed samples"))
 
+    @property
+    def optimum(self) -> LocalOptimum:
+        """Best optimum."""
+        return min(self.optima, key=lambda one: one.place.objective)
+
     def run(self, samples: int, seed: int, starts: int = _STARTS) -> None:
         """Survey, search from the best places, and polish the best of what the start leads to."""
         self.samples = samples
@@ -166,7 +171,7 @@ class Optimisation:
         """Best optimum, or why there is none, by the best places."""
         program, numbers = self.program, self.survey.cells.numbers
         if self.optima:
-            return optimum_of(min(self.optima, key=lambda one: one.place.objective))
+            return optimum_of(self.optimum)
         if places:
             message = _UNSATISFIED + failed_limits(program, places[0])
             return self.ended(Status.INFEASIBLE, message, places[0])
