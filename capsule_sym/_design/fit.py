@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from capsule_sym._arrays import Vector
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.fit_result import Fit
-from capsule_sym._design.guesses import drawn, limits_of, spectral
 from capsule_sym._design.least_squares import (
     LOSSES,
     Errors,
@@ -24,7 +23,16 @@ from capsule_sym._design.least_squares import (
     spread,
 )
 from capsule_sym._design.measured import about_trend, measured
-from capsule_sym._design.misfit import OF_START, PHASE, STATE, Misfit, period_of
+from capsule_sym._design.misfit import (
+    OF_START,
+    PHASE,
+    STATE,
+    Misfit,
+    drawn,
+    limits_of,
+    period_of,
+    spectral,
+)
 from capsule_sym._design.quantities import System
 from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._map import checks

@@ -8,29 +8,29 @@ metric, with the second one at most that of the place.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._design.front import Front, FrontPart
-from capsule_sym._design.front_survey import FrontSurvey, trade_offs
 from capsule_sym._design.optimum import Optimum, optimum_of
 from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Function, of, valued
 from capsule_sym._design.search import Optimisation
 from capsule_sym._design.stationary import SOLVED, LocalOptimum
-from capsule_sym._design.survey import Survey
+from capsule_sym._design.survey import FrontSurvey, Survey, trade_offs
 from capsule_sym._errors import InvalidInput, Status, counted
+from capsule_sym._map.labelled import Labelled
+from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._processes import sobol
 
 SAME = 1e-3
 """Least difference of two points in both metrics, a share of the ranges of the front."""
 _STARTS = 6  # searches for each end, half of those of an optimum: the survey may better it
 _PIECES = 2  # on which a point is searched: with more a front with riddled basins takes a minute
-_BRANCHES = 3  # from which a point is searched
+_BRANCHES = 2  # from which a point is searched: where a front jumps, two are nearly as good
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
 
 
@@ -188,3 +188,80 @@ class FrontSearch:
         if rough:
             return Status.NOT_CONVERGED, f"{found}: {rough} of them are not proved optima"
         return Status.OPTIMAL, found
+
+
+class FrontPart(NamedTuple):
+    """Connected part of a front: its first and last point."""
+
+    first: int
+    last: int
+
+    def __repr__(self) -> str:
+        return by_fields(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Front(Result, Labelled):
+    """Points of a Pareto front, by increasing second metric: `points` (n,), each an `Optimum`.
+
+    The point of least cost is the optimum of the second metric, the others are optima of the first.
+    In SI units if the system is a device, else dimensionless.
+    """
+
+    metrics: tuple[str, str]
+    """Names of the optimised metric and of its cost."""
+    maximised: bool
+    """True if the first metric is maximised; the second is always minimised."""
+    points: tuple[Optimum, ...]
+    values: Vector
+    """First metric, shape (n,)."""
+    costs: Vector
+    """Second metric, shape (n,)."""
+    slopes: Vector
+    """Gain of the first metric per unit of the second, shape (n,); nan if no bound is active."""
+    parts: tuple[FrontPart, ...]
+    """Parts of the front. Drives between those of two parts are worse."""
+    status: Status
+    """Status of the front."""
+    message: str
+    """Status as a sentence."""
+    _recorded = "metrics maximised parts statistics"
+
+    @property
+    def success(self) -> bool:
+        """True if both ends were found, and every point is an optimum."""
+        return bool(self.points) and super().success
+
+    def __repr__(self) -> str:
+        first, second = self.metrics
+        points = counted(len(self.points), "point")
+        return brief(self, f"{points}, {self.status}", f"of {first} against {second}")
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Points as columns: metrics, variables, slope, part of the front, and the solution."""
+        first, second = self.metrics
+        names = list(self.points[0].over) if self.points else []
+        lengths = [part.last - part.first + 1 for part in self.parts]
+        return {
+            first: self.values,
+            second: self.costs,
+            **{name: np.array([point.over[name] for point in self.points]) for name in names},
+            "slope": self.slopes,
+            "part": np.repeat(np.arange(1, len(lengths) + 1), lengths),
+            "residual": np.array([point.residual for point in self.points]),
+            "itinerary": np.array([" ".join(point.itinerary) for point in self.points], np.str_),
+            "status": np.array([str(point.status) for point in self.points], np.str_),
+        }
+
+    @property
+    def statistics(self) -> dict[str, int]:
+        """Number of points, and of evaluations."""
+        taken = sum(point.statistics.get("evaluations", 0) for point in self.points)
+        return {"points": len(self.points), "evaluations": taken}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Result by name, as numbers, texts, lists and dicts."""
+        both = zip(self.points, self.values.tolist(), self.costs.tolist(), strict=True)
+        points = [point.to_dict() | {"value": value, "cost": cost} for point, value, cost in both]
+        return super().to_dict() | {"points": points}

@@ -15,10 +15,9 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import CLOSE, Place, Program
-from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, stationary
+from capsule_sym._design.stationary import SOLVED, LocalOptimum, LocalSearch, balanced, stationary
 from capsule_sym._orbits.continuation import kinds
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.cells import evaluate
-from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.optimum import Optimum, failed_limits, optimum_of
 from capsule_sym._design.polish import (
     BASIN,
@@ -26,7 +25,7 @@ from capsule_sym._design.polish import (
     with_limit,
 )
 from capsule_sym._design.program import KEPT, Place, Program
-from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced
+from capsule_sym._design.stationary import SOLVED, LocalOptimum, LocalSearch, balanced
 from capsule_sym._design.survey import MEMBERS, Survey, evolved
 from capsule_sym._errors import Status
 from capsule_sym._map.result import record

@@ -17,10 +17,9 @@ from capsule_sym import (
     simulate,
 )
 from capsule_sym._design import fit as fit_module
-from capsule_sym._design.guesses import limits_of
 from capsule_sym._design.least_squares import least
 from capsule_sym._design.measured import measured
-from capsule_sym._design.misfit import Misfit
+from capsule_sym._design.misfit import Misfit, limits_of
 from capsule_sym._design.quantities import dimensionless_slopes, values_of, varied
 from capsule_sym._parameters import names_of
 from capsule_sym.inputs import read_measured

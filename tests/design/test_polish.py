@@ -9,11 +9,11 @@ from scipy.integrate import quad
 from capsule_sym import Parameters, continue_orbit, solve_orbit
 from capsule_sym._design import polish as polish_module
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimum import optimum_of
 from capsule_sym._design.polish import MARGIN, bifurcation_of, polish, with_limit
 from capsule_sym._design.search import Optimisation
+from capsule_sym._design.stationary import LocalSearch
 from capsule_sym._design.survey import Survey
 from capsule_sym._orbits.continuation.kinds import FOLD as FOLD_TYPE
 from capsule_sym._orbits.continuation.kinds import NEIMARK_SACKER, PERIOD_DOUBLING
