@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._design import sensitivities as module
 from capsule_sym._design.borders import distances
 from capsule_sym._design.quantities import dimensionless_slopes
 
@@ -24,12 +23,9 @@ RUNS = {
 
 
 @pytest.mark.parametrize("scene", RUNS)
-@pytest.mark.parametrize("native", [True, False], ids=["by the core", "by Python"])
-def test_derivatives_of_a_run_are_differences_of_runs(scene, native, monkeypatch) -> None:
+def test_derivatives_of_a_run_are_differences_of_runs(scene) -> None:
     given, time = RUNS[scene], [15.0]
     run, names = cs.simulate(given, periods=3), given.scene.facts.PARAMETERS
-    if not native:
-        monkeypatch.setattr(module, "core_of", lambda _: None)
     found = cs.sensitivities(run, time)
     assert found.columns[4:] == names
     for name in names:
