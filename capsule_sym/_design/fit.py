@@ -12,26 +12,16 @@ from numpy.typing import ArrayLike
 from capsule_sym._arrays import Vector
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.fit_result import Fit
-from capsule_sym._design.least_squares import (
-    LOSSES,
-    Errors,
-    Least,
-    correlation,
-    errors_of,
-    influence_of,
-    least,
-    spread,
-)
-from capsule_sym._design.measured import about_trend, measured
+from capsule_sym._design.least_squares import LOSSES, Errors, Least, errors_of, least
+from capsule_sym._design.measured import measured
 from capsule_sym._design.misfit import (
     OF_START,
     PHASE,
     STATE,
     Misfit,
-    drawn,
+    guesses,
     limits_of,
     period_of,
-    spectral,
 )
 from capsule_sym._design.quantities import System
 from capsule_sym._errors import InvalidInput, Status, check_one_of
@@ -149,38 +139,36 @@ def fit(
     checks.check_count("seed", seed, *SEED)
     checks.check_count("steps", steps, *STEPS)
     found, status = list[Least](), Status.TIME_LIMIT
+    message = "time limit reached: best values so far"
     with Watch(checks.checked_seconds(max_seconds)):
-        guesses = [problem.guess, *spectral(problem, limits), *drawn(problem, limits, starts, seed)]
-        for k, guess in enumerate(_best(problem, guesses)[:follow], 1):
-            problem.doing = f"start {k} of {min(follow, len(guesses))}"
+        best = _best(problem, guesses(problem, limits, starts, seed))[:follow]
+        for k, guess in enumerate(best, 1):
+            problem.doing = f"start {k} of {len(best)}"
             found.append(least(problem, guess, limits, loss, steps))
         status = Status.FINISHED
     problem.progress = None
-    best = min(found, key=lambda one: one.cost) if found else Least(problem.latest)
-    residuals, values = problem.residuals(best.x), problem.named(best.x)
-    errors = errors_of(problem, best, residuals)
-    noise = _noise_by_column(problem, residuals, math.isfinite(best.scale))
-    message = "time limit reached: best values so far"
+    least_squares = min(found, key=lambda one: one.cost) if found else Least(problem.latest)
+    errors = errors_of(problem, least_squares)
     if status is Status.FINISHED:
-        status, message = _status(problem, best, errors, limits, noise)
-    now = problem.now(best.x)
+        status, message = _status(problem, least_squares, errors, limits)
+    now = problem.now(least_squares.x)
     x_r, v_r, v_c = (now[name] for name in STATE)
     return Fit(
-        system=problem.system_at(best.x),
+        system=problem.system_at(least_squares.x),
         state=(x_r, v_r, v_c),
         phase=now[PHASE],
-        values=values,
+        values=problem.named(least_squares.x),
         standard_errors=problem.named(errors.standard),
         covariance=errors.covariance,
         status=status,
         message=message,
         evaluations=problem.evaluations,
         noise=errors.noise,
-        noise_by_column=noise,
-        autocorrelation=correlation(influence_of(residuals, best.scale)[0], problem.data.column),
+        noise_by_column=errors.noise_by_column,
+        autocorrelation=errors.autocorrelation,
         open_combinations=errors.lost,
         data=problem.data,
-        residuals=residuals,
+        residuals=errors.residuals,
     )
 
 
@@ -195,40 +183,24 @@ def _best(problem: Misfit, guesses: Sequence[Vector]) -> list[Vector]:
 
 
 def _status(
-    problem: Misfit,
-    found: Least,
-    errors: Errors,
-    limits: tuple[Vector, Vector],
-    noise: Mapping[str, float],
+    problem: Misfit, found: Least, errors: Errors, limits: tuple[Vector, Vector]
 ) -> tuple[Status, str]:
     """Status of the best least squares, and the status as a sentence."""
-    status, message = Status.NOT_CONVERGED, found.message
-    if found.success:
-        status, message = Status.CONVERGED, "the least squares converged"
-    poor = [f"{by:.2g} of the spread of {one}" for one, by in noise.items() if not by < _POOR]
+    noise = errors.noise_by_column.items()
+    poor = [f"{by:.2g} of the spread of {one}" for one, by in noise if not by < _POOR]
     apart = [name for name, by in problem.named(errors.standard).items() if math.isinf(by)]
     # The least squares stay a little within the bounds.
     room = np.minimum(found.x - limits[0], limits[1] - found.x) / problem.sizes(found.x)
     bound = [name for name, by in problem.named(room).items() if by <= _AT_BOUND]
-    if poor:
-        status = Status.UNEXPLAINED if found.success else status
-        reason = "" if found.success else f" ({found.message})"
-        advice = "try starts=64, other guesses, and check units"
-        message = f"the noise is {', '.join(poor)}: {advice}{reason}"
-    elif errors.lost:
-        status = Status.NOT_IDENTIFIABLE
-        message = f"the measurements do not determine {', '.join(apart)}"
-    elif bound:
-        status = Status.AT_BOUND if found.success else status
-        message += f", with {', '.join(bound)} at a bound: try wider bounds"
+    status, message = Status.NOT_CONVERGED, found.message
+    if found.success:
+        status, message = Status.CONVERGED, "the least squares converged"
+    advice = "try starts=64, other guesses, and check units"
+    for names, cause, text in (
+        (poor, Status.UNEXPLAINED, f"the noise is {', '.join(poor)}: {advice}"),
+        (apart, Status.NOT_IDENTIFIABLE, f"the data do not determine {', '.join(apart)}"),
+        (bound, Status.AT_BOUND, f"{', '.join(bound)} at a bound: try wider bounds"),
+    ):
+        if names:
+            return (cause if found.success else status), f"{message}; {text}"
     return status, message
-
-
-def _noise_by_column(problem: Misfit, residuals: Vector, robust: bool) -> dict[str, float]:
-    """Spread of each column's residuals, over that of the column about its trend, by its name."""
-    noise, data = dict[str, float](), problem.data
-    for k, name in enumerate(data.names):
-        own = data.column == k
-        whole = about_trend(data.times[own], data.values[own]).std() or math.nan
-        noise[name] = spread((residuals * problem.scales)[own], 0, robust) / float(whole)
-    return noise

@@ -192,6 +192,11 @@ def limits_of(problem: Misfit, bounds: Mapping[str, tuple[float, float]]) -> tup
     return low, high
 
 
+def guesses(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: int) -> list[Vector]:
+    """The given guess, those by the spectrum, and random ones, so many."""
+    return [problem.guess, *spectral(problem, limits), *drawn(problem, limits, count, seed)]
+
+
 def drawn(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: int) -> list[Vector]:
     """Guesses between the bounds, or without bounds between half and twice the guess.
 

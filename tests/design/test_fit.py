@@ -16,7 +16,7 @@ from capsule_sym import (
     sensitivities,
     simulate,
 )
-from capsule_sym._design import fit as fit_module
+from capsule_sym._design import misfit as misfit_module
 from capsule_sym._design.least_squares import least
 from capsule_sym._design.measured import measured
 from capsule_sym._design.misfit import Misfit, limits_of
@@ -414,13 +414,13 @@ def test_a_fit_that_is_out_of_time_has_the_best_that_was_tried(monkeypatch, run,
 
 
 def test_the_time_in_which_guesses_are_drawn_counts(monkeypatch) -> None:
-    clock, drawn = Clock(monkeypatch, "drawn"), fit_module.drawn
+    clock, drawn = Clock(monkeypatch, "drawn"), misfit_module.drawn
 
     def slowly(*arguments):
         clock.progress("drawn")
         return drawn(*arguments)
 
-    monkeypatch.setattr(fit_module, "drawn", slowly)
+    monkeypatch.setattr(misfit_module, "drawn", slowly)
     limited = {"max_seconds": LIMIT, "starts": 8}
     found = fit(series(count=60), TRUE, ("alpha",), state=START, phase=PHASE, **limited)
     assert found.status == "time-limit"
