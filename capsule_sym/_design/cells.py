@@ -79,8 +79,6 @@ class Cells:
     """Slacks of the limits and of the margin of stability, (n, limits)."""
     numbers: NDArray[np.int64]
     """Excitation periods of the motions; 0 without one, UNKNOWN if unknown."""
-    peaks: Vector
-    """Largest contact force."""
 
     def __len__(self) -> int:
         return len(self.u)
@@ -127,7 +125,7 @@ def evaluate(program: Program, u: Matrix) -> Cells:
 def _unknown(program: Program, u: Matrix) -> Cells:
     """Places that no run has reached."""
     slacks = np.full((len(u), len(program.sizes)), np.inf)
-    return Cells(u, np.full(len(u), np.nan), slacks, np.full(len(u), UNKNOWN), np.zeros(len(u)))
+    return Cells(u, np.full(len(u), np.nan), slacks, np.full(len(u), UNKNOWN))
 
 
 def _block(program: Program, u: Matrix) -> Cells:
@@ -149,5 +147,4 @@ def _block(program: Program, u: Matrix) -> Cells:
         np.where(moving, np.where(np.isfinite(objective), objective, np.inf), np.nan),
         np.where(moving[:, None], np.where(np.isfinite(slacks), slacks, -np.inf), np.inf),
         numbers,
-        np.where(moving, found["peak_contact"], 0.0),
     )

@@ -225,7 +225,7 @@ class Front(Result, Labelled):
     """Status of the front."""
     message: str
     """Status as a sentence."""
-    _recorded = "metrics maximised parts statistics"
+    _recorded = "metrics maximised parts"
 
     @property
     def success(self) -> bool:
@@ -253,12 +253,6 @@ class Front(Result, Labelled):
             "itinerary": np.array([" ".join(point.itinerary) for point in self.points], np.str_),
             "status": np.array([str(point.status) for point in self.points], np.str_),
         }
-
-    @property
-    def statistics(self) -> dict[str, int]:
-        """Number of points, and of evaluations."""
-        taken = sum(point.statistics.get("evaluations", 0) for point in self.points)
-        return {"points": len(self.points), "evaluations": taken}
 
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""

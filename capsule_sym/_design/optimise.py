@@ -20,7 +20,7 @@ from capsule_sym._design.quantities import (
     allowed,
     dimensionless,
     function_of,
-    limits_of,
+    limit_of,
     real,
 )
 from capsule_sym._design.search import Optimisation
@@ -157,7 +157,7 @@ def program_of(
         high=high,
         function=function_of("metric", metric, system),
         sign=-1 if maximise else 1,
-        limits=limits_of(subject_to, system),
+        limits=tuple(limit_of(one, system) for one in subject_to),
         margin=margin,
         start=checked_start(start),
         progress=progress,

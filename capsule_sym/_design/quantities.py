@@ -170,12 +170,8 @@ def function_of(field: str, metric: str | Function, system: System) -> Function:
     return function
 
 
-def limits_of(constraints: Sequence[object], system: System) -> tuple[Limit, ...]:
-    """Constraints from texts such as "peak_force <= 2", or from (function, "<=", value)."""
-    return tuple(_limit(one, system) for one in constraints)
-
-
-def _limit(one: object, system: System) -> Limit:
+def limit_of(one: object, system: System) -> Limit:
+    """Constraint from a text such as "peak_force <= 2", or from (function, "<=", value)."""
     allowed = 'a text such as "peak_force <= 2", or (function, "<=" or ">=", number)'
     given, text = one, one if isinstance(one, str) else ""
     if text:

@@ -21,7 +21,6 @@ from capsule_sym._design.quantities import Function, Limit, named
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.labelled import package
 from capsule_sym._native import Watch, check_time, present
-from capsule_sym._parameters import SceneDevice
 from capsule_sym._processes import sobol
 
 MEMBERS = 6
@@ -125,25 +124,14 @@ class Survey:
 
     def _flat(self) -> str:
         """Reason why the metric is constant; else empty."""
-        program, scene = self.program, self.program.system.scene
         cells = self.cells.of(~np.isnan(self.cells.objective))
-        moving, found = cells.objective, np.unique(cells.objective)
-        if len(found) != 1 or (len(moving) == 1 and 0 < abs(found[0]) < np.inf):
+        found, count = np.unique(cells.objective), len(cells)
+        if len(found) != 1 or not np.isfinite(found[0]) or (count == 1 and found[0]):
             return ""
-        value = f"is {abs(found[0]):g}" if np.isfinite(found[0]) else "has no number"
-        said = f"{program.name} {value} at each of {counted(len(moving), 'surveyed place')}"
-        if cells.peaks.max() > 0 or not scene.facts.SYMMETRIC:
-            # In contact, or by a bias, a capsule may drift.
-            same = len(moving) > 1 and np.isfinite(found[0]) and cells.beyond(program).min() <= KEPT
-            return f"{said}, and nothing changes it" if same else ""
-        device = isinstance(program.system, SceneDevice)
-        names = {tied: name for name, (tied, _) in scene.facts.DRIVEN.items()} if device else {}
-        gaps, springs = (
-            " or ".join(names.get(one, one) for one in each)
-            for each in zip(*scene.facts.STOPS, strict=True)
-        )
-        force = names.get("alpha", "alpha")
-        return f"{said}: no spring is compressed: lower {gaps}, or raise {force} or {springs}"
+        if cells.beyond(self.program).min() > KEPT:
+            return ""
+        places = counted(count, "surveyed place")
+        return f"{self.program.name} is {abs(found[0]):g} at each of {places}"
 
 
 _GENERATIONS, _CHILDREN = 24, 256  # of an evolution, and of a generation

@@ -7,7 +7,6 @@ by SciPy. The motion of a sample is the one on which the start settles there.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -40,7 +39,6 @@ from capsule_sym._processes import sobol
 from capsule_sym._systems import check_parameter
 
 _BLOCK = 4096  # runs between two tests of the time limit, of some 10 microseconds a period
-_SHOWN = 5  # itineraries that are listed, the most frequent ones
 
 
 class Probability(NamedTuple):
@@ -82,13 +80,11 @@ class Tolerances(Result, Labelled):
     """Probability that the start leads to a periodic motion."""
     changed: Probability = _NONE
     """Probability of another itinerary or period number than the nominal one."""
-    itineraries: tuple[tuple[str, float], ...] = ()
-    """Most frequent itineraries, with their shares of the samples."""
     status: Status = Status.TIME_LIMIT
     """Status of the sampling."""
     message: str = "time limit reached"
     """Status as a sentence."""
-    _recorded = "names samples itinerary periodic changed itineraries metrics"
+    _recorded = "names samples itinerary periodic changed metrics"
 
     def __repr__(self) -> str:
         told = ", ".join(
@@ -251,7 +247,6 @@ def _sampled(
     metrics = np.concatenate(parts, axis=1)
     metrics[:, [not branch for branch in branches]] = np.nan
     own, *others = branches[: n + 1]
-    common = Counter(map(_shown, others)).most_common(_SHOWN)
     return replace(
         empty,
         metrics=tuple(
@@ -262,20 +257,11 @@ def _sampled(
         itinerary=tuple(f"F{field}" for field in own[1:]),
         periodic=_probability(others),
         changed=_probability([each != own for each in others]),
-        itineraries=tuple((text, count / n) for text, count in common),
         parameters=every[1 : n + 1],
         values=metrics[:, 1 : n + 1].T,
         status=Status.FINISHED,
         message=counted(n, "sample"),
     )
-
-
-def _shown(branch: tuple[int, ...]) -> str:
-    """Text of a period number and fields."""
-    if not branch:
-        return "no periodic motion"
-    fields = " ".join(f"F{field}" for field in branch[1:])
-    return fields if branch[0] == 1 else f"{fields}, {counted(branch[0], 'period')}"
 
 
 def _probability(chosen: Sequence[object]) -> Probability:

@@ -87,25 +87,14 @@ def test_fit_finds_the_parameters_of_a_file(call, tmp_path) -> None:
     assert "values           alpha 0.8" in out
 
 
-@pytest.mark.parametrize(
-    ("changed", "why"),
-    [
-        ({"G": 5.0}, "no spring is compressed: lower G, or raise P_d or k2"),
-        pytest.param(
-            {"G": 5.0, "c": 0.0},
-            "no spring is compressed: lower G, or raise P_d or k2",
-            marks=pytest.mark.long,
-        ),
-        ({"k2": 0.0}, "no spring is compressed: lower G, or raise P_d or k2"),
-    ],
-)
-def test_a_device_that_cannot_drift_says_why(changed, why, call, tmp_path) -> None:
+@pytest.mark.parametrize("changed", [{"G": 5.0}, {"G": 5.0, "c": 0.0}, {"k2": 0.0}])
+def test_a_device_that_cannot_drift_says_so(changed, call, tmp_path) -> None:
     lines = [line for line in DEVICE.splitlines() if line.split()[0] not in changed]
     lines += [f"{name} = {value}" for name, value in changed.items()]
     (tmp_path / "device.toml").write_text("\n".join(lines).replace(" M_c", "\nM_c"))
     words = ("--maximise", "speed", "--over", "P_d=3:8", "--samples", "8")
     status, out, err = call("optimise", "--params", "device.toml", *words)
-    told = f"flat: speed is 0 at each of 8 surveyed places: {why}"
+    told = "flat: speed is 0 at each of 8 surveyed places"
     assert (status, out.splitlines()[-1], err) == (3, told, [told])
 
 
