@@ -9,7 +9,7 @@ from capsule_sym._attractors.pulse import Pulse as Pulse
 from capsule_sym._attractors.pulse import PulseWindow as PulseWindow
 from capsule_sym._attractors.shock import Shock as Shock
 from capsule_sym._check.switch_check import SwitchCheck as SwitchCheck
-from capsule_sym._design.fit_result import Fit as Fit
+from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.front_search import Front as Front
 from capsule_sym._design.front_search import FrontPart as FrontPart
 from capsule_sym._design.optimum import Constraint as Constraint

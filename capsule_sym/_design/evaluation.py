@@ -21,13 +21,15 @@ from capsule_sym._arrays import Vector
 from capsule_sym._design.settled import attracting, settle_many
 from capsule_sym._map.drift import drifts
 from capsule_sym._map.itinerary import begun
+from capsule_sym._map.labelled import package
 from capsule_sym._native import check_time
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at
-from capsule_sym._orbits.shooting.stability import floquet_multipliers
+from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
+from capsule_sym._orbits.shooting.taylor import monodromy_derivative
 from capsule_sym._parameters import Scene, SceneParameters
 
 _NEUTRAL = 1e-9  # distance from 1 within which a multiplier is 1 up to rounding
@@ -163,3 +165,24 @@ def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | Non
     if attracting(found, gradients=True)[0]:
         return Motion(parameters, found, number)
     return settle(parameters, motion.state.tolist())
+
+
+def multiplier_by(motion: Motion) -> Vector:
+    """Derivatives (7,) of the largest modulus of a multiplier along the branch; 0 without an orbit.
+
+    A multiplier m with left and right eigenvectors w and v changes with the matrix M by
+    `w dM v / (w v)`.
+    """
+    orbit, count = motion.orbit, len(motion.parameters.scene.facts.PARAMETERS)
+    if orbit is None:
+        return np.zeros(count)
+    matrix = monodromy_matrix(orbit).astype(float)
+    values, left, right = package("scipy.linalg").eig(matrix, left=True, right=True)
+    largest = int(np.argmax(abs(values)))
+    w, v, modulus = left[:, largest].conj(), right[:, largest], abs(values[largest])
+    by = np.einsum("i,kij,j->k", w, monodromy_derivative(orbit, np.eye(count)), v) / (w @ v)
+    by = (by * values[largest].conj()).real / (modulus or 1.0)
+    if orbit.itinerary.mirrored:  # the matrix is that of half the motion
+        by = 2 * modulus * by
+    found: Vector = by[-count:] + by[:-count] @ orbit.by_parameter.astype(float)
+    return found

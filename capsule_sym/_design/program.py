@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.borders import multiplier_by
-from capsule_sym._design.evaluation import Motion, continue_motion, settle
+from capsule_sym._design.evaluation import Motion, continue_motion, multiplier_by, settle
 from capsule_sym._design.quantities import (
     Function,
     Limit,
