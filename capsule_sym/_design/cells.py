@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.evaluation import drifting
+from capsule_sym._design.evaluation import UNKNOWN, drifting, settle_many
 from capsule_sym._design.program import KEPT, Program
 from capsule_sym._design.quantities import System, dimensionless, values_of, with_units
-from capsule_sym._design.settled import UNKNOWN, settle_many
 from capsule_sym._errors import counted
 from capsule_sym._native import present
 from capsule_sym._orbits.continuation.parameter_paths import Slope

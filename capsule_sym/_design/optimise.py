@@ -144,7 +144,11 @@ def program_of(
 ) -> Program:
     """Optimisation problem of checked arguments; raises InvalidInput."""
     system = system_of(base)
-    _check_bounds(over, system)
+    if not over:
+        raise InvalidInput("over", over, "one parameter or more, each with its bounds")
+    for name, bounds in over.items():
+        check_parameter("over", name, system)
+        checks.checked_ends(f"bounds of {name}", bounds, allowed(system, name)[0])
     low, high = np.array([[float(end) for end in bounds] for bounds in over.values()]).T
     if margin is not None and not (real(margin) and 0 <= margin < 1):
         raise InvalidInput("margin", margin, "from 0 to below 1")
@@ -198,12 +202,3 @@ def check_survey(samples: int, seed: int) -> None:
     """Raises InvalidInput for counts that are not allowed."""
     checks.check_count("samples", samples, *SAMPLES)
     checks.check_count("seed", seed, *SEED)
-
-
-def _check_bounds(over: Mapping[str, Sequence[float]], system: System) -> None:
-    """Raises InvalidInput for variables and bounds that are not allowed."""
-    if not over:
-        raise InvalidInput("over", over, "one parameter or more, each with its bounds")
-    for name, bounds in over.items():
-        check_parameter("over", name, system)
-        checks.checked_ends(f"bounds of {name}", bounds, allowed(system, name)[0])

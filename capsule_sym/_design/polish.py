@@ -17,7 +17,7 @@ from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import CLOSE, Place, Program
-from capsule_sym._design.stationary import SOLVED, LocalOptimum, LocalSearch, balanced, stationary
+from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, local_search, stationary
 from capsule_sym._orbits.continuation import kinds
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
@@ -120,7 +120,7 @@ def _on_piece(program: Program, place: Place) -> LocalOptimum | None:
         return None
     best, found = first, stationary(piece, first)
     if found is None or not _as_good(found, best):
-        best = LocalSearch(piece, first, _EVALUATIONS).run()[0]
+        best = local_search(piece, first, _EVALUATIONS)[0]
         found = stationary(piece, best)
     if found is None or not _as_good(found, best):
         found = balanced(piece, best)

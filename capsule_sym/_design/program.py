@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.evaluation import Motion, continue_motion, multiplier_by, settle
+from capsule_sym._design.evaluation import Motion, continue_motion, settle
 from capsule_sym._design.quantities import (
     Function,
     Limit,
@@ -23,7 +23,10 @@ from capsule_sym._design.quantities import (
     of,
     valued,
 )
+from capsule_sym._map.labelled import package
 from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._orbits.shooting.stability import monodromy_matrix
+from capsule_sym._orbits.shooting.taylor import monodromy_derivative
 from capsule_sym._parameters import names_of
 
 KEPT = 1e-7
@@ -164,3 +167,24 @@ class Program:
         if self.margin is not None:
             found.append(f"largest multiplier <= {1 - self.margin:g}")
         return tuple(found)
+
+
+def multiplier_by(motion: Motion) -> Vector:
+    """Derivatives (7,) of the largest modulus of a multiplier along the branch; 0 without an orbit.
+
+    A multiplier m with left and right eigenvectors w and v changes with the matrix M by
+    `w dM v / (w v)`.
+    """
+    orbit, count = motion.orbit, len(motion.parameters.scene.facts.PARAMETERS)
+    if orbit is None:
+        return np.zeros(count)
+    matrix = monodromy_matrix(orbit).astype(float)
+    values, left, right = package("scipy.linalg").eig(matrix, left=True, right=True)
+    largest = int(np.argmax(abs(values)))
+    w, v, modulus = left[:, largest].conj(), right[:, largest], abs(values[largest])
+    by = np.einsum("i,kij,j->k", w, monodromy_derivative(orbit, np.eye(count)), v) / (w @ v)
+    by = (by * values[largest].conj()).real / (modulus or 1.0)
+    if orbit.itinerary.mirrored:  # the matrix is that of half the motion
+        by = 2 * modulus * by
+    found: Vector = by[-count:] + by[:-count] @ orbit.by_parameter.astype(float)
+    return found

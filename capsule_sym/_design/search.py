@@ -25,7 +25,7 @@ from capsule_sym._design.polish import (
     with_limit,
 )
 from capsule_sym._design.program import KEPT, Place, Program
-from capsule_sym._design.stationary import SOLVED, LocalOptimum, LocalSearch, balanced
+from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, local_search
 from capsule_sym._design.survey import MEMBERS, Survey, evolved
 from capsule_sym._errors import Status
 from capsule_sym._map.result import record
@@ -103,9 +103,8 @@ class Optimisation:
 
     def search(self, first: Place) -> list[Place]:
         """Places on the way of a search that follows the motion, the best first."""
-        search = LocalSearch(self.program, first)
-        places = search.run()
-        self.evaluations += search.evaluations
+        places = local_search(self.program, first)
+        self.evaluations += len(places)
         return places
 
     def polish(self, places: Sequence[Place]) -> None:

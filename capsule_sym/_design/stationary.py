@@ -1,4 +1,4 @@
-"""Karush-Kuhn-Tucker conditions of an optimum, solved with a set of active constraints.
+"""Local search by SQP, and Karush-Kuhn-Tucker conditions with a set of active constraints.
 
 The slacks are smooth along the orbits of one itinerary, admissible or not; borders between
 itineraries are slacks like any other. The unknowns of the equations are the variables at no bound
@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._arrays import Matrix, Vector
+from capsule_sym._arrays import Vector
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import CLOSE, Place, Program
 from capsule_sym._errors import InvalidInput
@@ -26,6 +25,12 @@ SOLVED = 1e-9
 objective's unit, ten times above the rounding of gradients by an orbit's equations."""
 _ACTIVE = CLOSE, 1e-2  # slacks, in their units, below which constraints may be active, in turn
 _DIFFERENCE = 1e-5  # share of the range: square root of the rounding of gradients, for differences
+
+MOST = 100
+"""Evaluations of a search, as SciPy's iterations: beside a border a line search has no end."""
+_PRECISE = 1e-11  # units of the objective: accuracy required of SLSQP
+_LOST = 10.0  # units of the objective: above the start by more than all variation, without a motion
+_MAX_LOST = 25  # places without a motion: beside a bifurcation each line search meets some
 
 Mask = NDArray[np.bool_]
 
@@ -155,71 +160,41 @@ def _with(model: Program | Piece, place: Place, multipliers: Vector, sides: Vect
     return LocalOptimum(model, place, multipliers, bounds, float(residual), bool(minimal))
 
 
-MOST = 100
-"""Evaluations of a search, as SciPy's iterations: beside a border a line search has no end."""
-_PRECISE = 1e-11  # units of the objective: accuracy required of SLSQP
-_LOST = 10.0  # units of the objective: above the start by more than all variation, without a motion
-_MAX_LOST = 25  # places without a motion: beside a bifurcation each line search meets some
-
-
 class _Enough(Exception):
     """Raised if a search makes no further progress."""
 
 
-class LocalSearch:
-    """Search from a place, of a program or on a piece, with the places it passed."""
+def local_search(model: Program | Piece, first: Place, most: int = MOST) -> list[Place]:
+    """Places that SciPy's SLSQP passes from a place, of a program or on a piece, the best first.
 
-    def __init__(self, model: Program | Piece, first: Place, most: int = MOST) -> None:
-        """It ends after `most` evaluations."""
-        self.model, self.first, self.evaluations, self.most = model, first, 1, most
-        self.known: dict[bytes, Place | None] = {first.u.tobytes(): first}
-        """Places by their variables; None where the motion is lost."""
+    At most so many; at the time limit those passed so far. Metrics are continuous across changes of
+    itinerary: where their gradients jump the method stops beside the border.
+    """
+    none, no_slack = 0 * first.objective_by, np.full(len(first.slacks), -_LOST)
+    lost = Place(first.u, first.motion, first.objective + _LOST, none, no_slack, first.slacks_by)
+    known = {first.u.tobytes(): first}
 
-    @property
-    def places(self) -> list[Place]:
-        """Places passed, in their order."""
-        return [one for one in self.known.values() if one is not None]
-
-    def run(self) -> list[Place]:
-        """Places passed, the best first; at the time limit those passed so far."""
-        held: Any = {"type": "ineq", "fun": self.limits, "jac": self.limits_by}
-        with np.errstate(all="ignore"), suppress(_Enough, TimeUp):
-            package("scipy.optimize").minimize(
-                self.objective,
-                self.first.u,
-                jac=True,
-                method="SLSQP",
-                bounds=[(0.0, 1.0)] * len(self.first.u),
-                constraints=[held] if len(self.first.slacks) else (),
-                options={"ftol": _PRECISE},
-            )
-        return sorted(self.places, key=lambda place: place.rank)
-
-    def objective(self, x: Vector) -> tuple[float, Vector]:
-        """Objective and its derivatives."""
-        found = self.place(x)
-        if found is None:
-            return self.first.objective + _LOST, np.zeros(len(x))
-        return found.objective, self.model.by_u(found.objective_by)
-
-    def limits(self, x: Vector) -> Vector:
-        """Slacks of the limits."""
-        found = self.place(x)
-        return np.full(len(self.first.slacks), -_LOST) if found is None else found.slacks
-
-    def limits_by(self, x: Vector) -> Matrix:
-        """Derivatives of the slacks."""
-        return self.model.by_u((self.place(x) or self.first).slacks_by)
-
-    def place(self, x: Vector) -> Place | None:
+    def at(x: Vector) -> Place:
         """Place at variables, its motion continued from the nearest known place."""
         u = np.clip(x, 0.0, 1.0)
-        if u.tobytes() not in self.known:
+        if (key := u.tobytes()) not in known:
             check_time()
-            lost = len(self.known) - len(self.places)
-            if self.evaluations == self.most or lost == _MAX_LOST:
+            passed = [one for one in known.values() if one is not lost]
+            if len(known) == most or len(known) - len(passed) == _MAX_LOST:
                 raise _Enough
-            self.evaluations += 1
-            near = min(self.places, key=lambda one: float(abs(one.u - u).max()))
-            self.known[u.tobytes()] = self.model.beside(near, u)
-        return self.known[u.tobytes()]
+            near = min(passed, key=lambda one: float(abs(one.u - u).max()))
+            known[key] = model.beside(near, u) or lost
+        return known[key]
+
+    held = {"fun": lambda x: at(x).slacks, "jac": lambda x: model.by_u(at(x).slacks_by)}
+    with np.errstate(all="ignore"), suppress(_Enough, TimeUp):
+        package("scipy.optimize").minimize(
+            lambda x: (at(x).objective, model.by_u(at(x).objective_by)),
+            first.u,
+            jac=True,
+            method="SLSQP",
+            bounds=[(0.0, 1.0)] * len(first.u),
+            constraints=[{"type": "ineq", **held}] if len(no_slack) else (),
+            options={"ftol": _PRECISE},
+        )
+    return sorted((one for one in known.values() if one is not lost), key=lambda one: one.rank)

@@ -111,16 +111,14 @@ class Survey:
                 allowed = "a function that is finite somewhere within the bounds"
                 raise InvalidInput("metric", self.program.name, allowed)
             return
-        units = []
-        for limit, slacks in zip(
-            self.program.limits, abs(self.cells.slacks[moving].T), strict=False
-        ):
-            largest = slacks[np.isfinite(slacks)].max(initial=0.0)
-            units.append(abs(limit.value) or float(largest) or 1.0)
+        slacks = abs(self.cells.slacks[moving])
+        largest = np.where(np.isfinite(slacks), slacks, 0.0).max(axis=0).tolist()
+        limits = zip(self.program.limits, largest, strict=False)
+        units = tuple(abs(limit.value) or most or 1.0 for limit, most in limits)
         unit = float(np.subtract(*np.quantile(finite, (0.75, 0.25)))) or float(np.ptp(finite))
         # A power of two: a value over it, and times it again, is the same value.
         unit = 2.0 ** round(math.log2(unit or abs(finite[0]) or 1.0))
-        self.program = replace(self.program, unit=unit, limit_units=tuple(units))
+        self.program = replace(self.program, unit=unit, limit_units=units)
 
     def _flat(self) -> str:
         """Reason why the metric is constant; else empty."""

@@ -18,6 +18,7 @@ from capsule_sym._arrays import Matrix
 from capsule_sym._attractors.attractor import interval
 from capsule_sym._design.cells import Grid
 from capsule_sym._design.counts import SEED
+from capsule_sym._design.evaluation import settle_many
 from capsule_sym._design.optimise import checked_start, system_of
 from capsule_sym._design.quantities import (
     Function,
@@ -28,7 +29,6 @@ from capsule_sym._design.quantities import (
     real,
     valued,
 )
-from capsule_sym._design.settled import settle_many
 from capsule_sym._design.variance import MetricSpread, spread
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_ends, checked_seconds

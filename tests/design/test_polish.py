@@ -13,7 +13,7 @@ from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimum import optimum_of
 from capsule_sym._design.polish import MARGIN, bifurcation_of, polish, with_limit
 from capsule_sym._design.search import Optimisation
-from capsule_sym._design.stationary import LocalSearch
+from capsule_sym._design.stationary import local_search
 from capsule_sym._design.survey import Survey
 from capsule_sym._orbits.continuation.kinds import FOLD as FOLD_TYPE
 from capsule_sym._orbits.continuation.kinds import NEIMARK_SACKER, PERIOD_DOUBLING
@@ -44,7 +44,7 @@ def integral(orbit, rate):
 def at(metric, over, base, maximise, margin=None, u=0.5):
     """The program, and the best place of a search from the motion that rest leads to."""
     program = program_of(metric, over, base, maximise, (), margin)
-    return program, LocalSearch(program, program.begin(np.atleast_1d(u))).run()[0]
+    return program, local_search(program, program.begin(np.atleast_1d(u)))[0]
 
 
 @pytest.mark.parametrize(

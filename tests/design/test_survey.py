@@ -5,10 +5,9 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._design.cells import Cells, evaluate
-from capsule_sym._design.evaluation import _start_of
+from capsule_sym._design.evaluation import _start_of, attracting, settle_many
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.polish import BASIN
-from capsule_sym._design.settled import attracting, settle_many
 from capsule_sym._design.survey import Survey
 from capsule_sym.orbits import floquet_multipliers
 
