@@ -39,7 +39,7 @@ _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 class Motion:
     """Steady motion and its dimensionless metrics, with derivatives by the parameters.
 
-    `state` is (x_r, v_r, v_c) at forcing angle 0; `itinerary` has the names of the fields.
+    `itinerary` has the names of the fields.
     """
 
     def __init__(
@@ -47,24 +47,19 @@ class Motion:
         parameters: SceneParameters,
         found: Performances | None,
         period_number: int = 1,
-        orbit: Orbit | None = None,
+        orbit: Any = None,
     ) -> None:
         self.parameters, self.found, self._orbit = parameters, found, orbit
         self.period_number = period_number
-        if found is not None:
-            self.state: Vector = found.states[0]
-            self.itinerary: tuple[str, ...] = found.itinerary(0)
-        elif orbit is not None:
-            self.period_number = orbit.itinerary.period_number
-            self.itinerary = tuple(
-                f"F{field}" for field in begun(orbit.itinerary.fields, parameters.scene)
-            )
+        self.fields = found.cycle(0) if found else begun(orbit.itinerary.fields, parameters.scene)
+        self.itinerary = tuple(f"F{field}" for field in self.fields)
 
     @property
     def orbit(self) -> Orbit | None:
         """Orbit solved in its itinerary; None if that fails."""
-        if self._orbit is None:
-            self._orbit = orbit_at(self.parameters, self.state.tolist(), self.period_number)
+        if self._orbit is None and self.found is not None:
+            state = self.found.states[0].tolist()
+            self._orbit = orbit_at(self.parameters, state, self.period_number)
         return self._orbit
 
     @cached_property
@@ -78,13 +73,10 @@ class Motion:
             rows = [getattr(whole, name) for name in METRICS]
             values = np.array([float(one.value) for one in rows])
             gradients = np.array([[*map(float, one.gradient.values())] for one in rows])
-        fields = np.array([[int(name[1:]) for name in self.itinerary]])
-        row = _values(self.parameters)
-        scene = self.parameters.scene
-        if not drifting(scene, row[None], fields, values[None], self.multiplier)[0]:
+        scene, row, fields = self.parameters.scene, _values(self.parameters), np.array(self.fields)
+        if not drifting(scene, row[None], fields[None], values[None], self.multiplier)[0]:
             values[_OF_DRIFT], gradients[_OF_DRIFT] = 0.0, 0.0
-        pairs = zip(METRICS, values.tolist(), gradients, strict=True)
-        return {name: Slope(*one) for name, *one in pairs}
+        return dict(zip(METRICS, map(Slope, values.tolist(), gradients), strict=True))
 
     @cached_property
     def multiplier(self) -> float:
@@ -159,12 +151,13 @@ def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | Non
         assert motion.orbit is not None
         return settle(parameters, *_start_of(motion.orbit, parameters))
     row, number, scene = _values(parameters), motion.period_number, parameters.scene
-    state = motion.state + motion.found.by_parameter[0] @ (row - _values(motion.parameters))
-    found = performance_many(row, state, number, gradients=True, scene=scene)
+    state, moved = motion.found.states[0], row - _values(motion.parameters)
+    guess = state + motion.found.by_parameter[0] @ moved
+    found = performance_many(row, guess, number, gradients=True, scene=scene)
     check_time()
     if attracting(found, gradients=True)[0]:
         return Motion(parameters, found, number)
-    return settle(parameters, motion.state.tolist())
+    return settle(parameters, state.tolist())
 
 
 _REPEATED = 1e-2  # change over its periods, over the motion's size, below which a run is closed
