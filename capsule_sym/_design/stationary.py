@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._arrays import Vector
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import CLOSE, Place, Program
 from capsule_sym._errors import InvalidInput
@@ -24,6 +24,8 @@ SOLVED = 1e-9
 """Largest residual of an optimum, and size below which a multiplier has no sign; a share of the
 objective's unit, ten times above the rounding of gradients by an orbit's equations."""
 _ACTIVE = CLOSE, 1e-2  # slacks, in their units, below which constraints may be active, in turn
+_ENOUGH = 1e-12  # residual that rounding leaves
+_STEPS = 10  # steps of Newton's method, which doubles the digits: five suffice, or it diverges
 _DIFFERENCE = 1e-5  # share of the range: square root of the rounding of gradients, for differences
 
 MOST = 100
@@ -103,30 +105,41 @@ def balanced(model: Program | Piece, place: Place, near: float = _ACTIVE[-1]) ->
 
 
 def _solved(model: Piece, place: Place, active: Mask) -> LocalOptimum:
-    """Place at which SciPy's root solves the conditions with active slacks and bounds."""
-    sides, multipliers = _sides(place.u), np.zeros(len(active))
+    """Best place of Newton's method with active slacks, and the bounds that act at a place."""
+    sides, best = _sides(place.u), None
     free = sides == 0
-    rows = model.by_u(place.slacks_by)[active][:, free]
-    forces = np.linalg.lstsq(rows.T, model.by_u(place.objective_by)[free], rcond=None)[0]
+    place = _at(model, np.where(free, place.u, sides > 0))
+    for _ in range(_STEPS):
+        rows, multipliers = model.by_u(place.slacks_by)[active][:, free], np.zeros(len(active))
+        slopes = model.by_u(place.objective_by)[free]
+        multipliers[active] = np.linalg.lstsq(rows.T, slopes, rcond=None)[0]
+        found = _with(model, place, multipliers, sides)
+        if best is not None and found.residual >= best.residual:
+            break
+        best = found
+        if found.residual < _ENOUGH:
+            break
+        second, none = _second(model, found, free), np.zeros((len(rows), len(rows)))
+        left = np.append(_left(model, place, multipliers)[free], place.slacks[active])
+        matrix, u = np.block([[second, -rows.T], [rows, none]]), place.u.copy()
+        u[free] -= np.linalg.lstsq(matrix, left, rcond=None)[0][: len(slopes)]
+        place = _at(model, u)
+    assert best is not None
+    return best
 
-    def at(unknowns: Vector) -> LocalOptimum:
-        u = 1.0 * (sides > 0)
-        # From 1 to 2, as the method's differences are shares of the values.
-        u[free], multipliers[active] = np.split(unknowns, [free.sum()])
-        u[free] -= 1.0
-        return _with(model, _at(model, u), multipliers.copy(), sides)
 
-    def left(unknowns: Vector) -> Vector:
-        found = at(unknowns)
-        return np.append(
-            _left(model, found.place, found.multipliers)[free], found.place.slacks[active]
-        )
-
-    first = np.append(1.0 + place.u[free], forces)
-    if len(first):
-        options = {"xtol": 1e-15, "eps": _DIFFERENCE**2}
-        first = package("scipy.optimize").root(left, first, options=options).x
-    return at(first)
+def _second(model: Piece, found: LocalOptimum, free: Mask) -> Matrix:
+    """Second derivatives of the Lagrangian by the free variables, by differences."""
+    here, rows = _left(model, found.place, found.multipliers), []
+    for along in _DIFFERENCE * np.eye(len(free))[free]:
+        try:
+            beside, step = _at(model, found.place.u + along), _DIFFERENCE
+        except np.linalg.LinAlgError:  # beyond a fold
+            beside, step = _at(model, found.place.u - along), -_DIFFERENCE
+        rows.append((_left(model, beside, found.multipliers) - here)[free] / step)
+    second = np.array(rows).reshape(free.sum(), free.sum())
+    symmetric: Matrix = (second + second.T) / 2
+    return symmetric
 
 
 def _at(model: Piece, u: Vector) -> Place:
