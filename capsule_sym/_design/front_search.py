@@ -2,7 +2,8 @@
 
 A survey shows the approximate front between its ends, the optima of either metric. The place of the
 survey on it that is the farthest from all points becomes the next point: the optimum of the first
-metric, with the second one at most that of the place.
+metric, with the second one at most that of the place. It is searched from the best places of two
+branches within this bound, and again if a place that was evaluated later is better.
 """
 
 from __future__ import annotations
@@ -92,6 +93,10 @@ class FrontSearch:
         for lower, upper, gap in [*zip(self.points, self.points[1:], self.gaps, strict=False)]:
             if gap and np.sum(abs(upper.both - lower.both) / self.ranges) > 2 / self.count:
                 self.add(self.point(float(lower.both[1] + upper.both[1]) / 2))
+        for one in [*self.points]:
+            cheaper = self.survey.front[self.survey.front[:, 1] <= one.both[1], 0]
+            if cheaper.min(initial=np.inf) < one.both[0] - SAME * self.ranges[0]:
+                self.add(self.point(float(one.both[1])))
         while len(self.points) > self.count:
             both = np.array([one.both for one in self.points])
             self.points.pop(1 + int((abs(both[2:] - both[:-2]) / self.ranges).sum(axis=1).argmin()))

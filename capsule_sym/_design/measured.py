@@ -1,4 +1,7 @@
-"""Measured time series for a fit."""
+"""Measured time series for a fit, from arrays or text files.
+
+Of a file the separator, decimal mark, header and units are detected.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +30,7 @@ OF_STATE = {
     "v_m": (0.0, 1.0, 1.0, 0.0),
 }
 """Measurable quantities, as combinations of (x_r, v_r, v_c, x_c)."""
+_LARGEST = 1e50  # of a column, in its unit: squares and products of larger values would overflow
 ALLOWED = f"t and one or more of {', '.join(OF_STATE)}"
 
 
@@ -63,8 +67,12 @@ def measured(table: Mapping[str, ArrayLike]) -> Measured:
     check_values(columns, range(1, len(columns["t"]) + 1))
     for name in names:
         there = columns[name][np.isfinite(columns[name])]
-        if not len(there) or not np.ptp(there):
+        size, varies = (np.abs(there).max(), np.ptp(there)) if len(there) else (0.0, 0.0)
+        if not varies:
             raise InvalidInput(name, "constant" if len(there) else "empty", "a column that varies")
+        if size > _LARGEST or varies < 1 / _LARGEST:
+            told = f"at most {_LARGEST:g} in size, and of values that differ by {1 / _LARGEST:g}"
+            raise InvalidInput(name, float(size), told)
     values = np.stack([columns[name] for name in names], axis=1)
     row, column = np.nonzero(np.isfinite(values))
     times = columns["t"]

@@ -1,4 +1,4 @@
-"""Residuals of a run at measured times, with their exact Jacobian through all switches."""
+"""Residuals of a run at measured times, with their exact Jacobian, and first guesses of a fit."""
 
 from __future__ import annotations
 

@@ -2,6 +2,11 @@
 
 The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) begins with the best
 of them. All places are kept: searches start at the best ones that are distant from each other.
+
+A front has one survey of both metrics. The places that no other betters in both have children. A
+child differs from one of them, drawn evenly along the approximate front, by a share of the
+difference to another one. The same places, with a bound on the second metric, show where a point of
+the front is searched.
 """
 
 from __future__ import annotations

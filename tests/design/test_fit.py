@@ -313,6 +313,8 @@ def test_a_column_that_stands_twice_is_refused(tmp_path) -> None:
         ({"y": np.zeros(60)}, "column = "),
         ({"x_m": np.zeros(60)}, "constant"),
         ({"x_m": np.full(60, np.nan)}, "empty"),
+        ({"x_m": 1e60 * np.arange(60.0)}, "x_m = 5.9e.61: must be at most"),
+        ({"x_m": 1e-60 * np.arange(60.0)}, "x_m = 5.9e-59: must be at most"),
         ({"x_m": np.zeros(59)}, "x_m"),
         ({"t": np.zeros(60)}, "t in row 2"),
         ({"t": np.full(60, np.nan)}, "t in row 1 = nan"),
