@@ -49,8 +49,8 @@ class Motion:
         period_number: int = 1,
         orbit: Any = None,
     ) -> None:
-        self.parameters, self.found, self._orbit = parameters, found, orbit
-        self.period_number = period_number
+        self.parameters, self.found, self.period_number = parameters, found, period_number
+        self._orbit: Orbit | None = orbit
         self.fields = found.cycle(0) if found else begun(orbit.itinerary.fields, parameters.scene)
         self.itinerary = tuple(f"F{field}" for field in self.fields)
 
