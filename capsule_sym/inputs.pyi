@@ -1,7 +1,7 @@
 """Arguments of functions besides parameters: plans, series, paths."""
 
 from capsule_sym._check.switch_file import read_switches as read_switches
-from capsule_sym._design.measurement_files import read_measured as read_measured
+from capsule_sym._design.measured import read_measured as read_measured
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath as ParameterPath
 from capsule_sym._orbits.continuation.parameter_paths import device_path as device_path
 from capsule_sym._orbits.continuation.parameter_paths import parameter_path as parameter_path

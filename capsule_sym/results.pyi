@@ -7,8 +7,8 @@ from capsule_sym._attractors.branches import ContinuedAttractors as ContinuedAtt
 from capsule_sym._attractors.pulse import Pulse as Pulse
 from capsule_sym._attractors.shock import Shock as Shock
 from capsule_sym._check.switch_check import SwitchCheck as SwitchCheck
-from capsule_sym._design.fit_result import Fit as Fit
-from capsule_sym._design.front import Front as Front
+from capsule_sym._design.fit import Fit as Fit
+from capsule_sym._design.front_search import Front as Front
 from capsule_sym._design.optimum import Optimum as Optimum
 from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._design.tolerances import Tolerances as Tolerances

@@ -6,7 +6,7 @@ core leaves its run open, or if there is no time for it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -14,16 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.evaluation import drifting
+from capsule_sym._design.evaluation import UNKNOWN, drifting, settle_many
 from capsule_sym._design.program import KEPT, Program
-from capsule_sym._design.quantities import (
-    Function,
-    dimensionless,
-    valued,
-    values_of,
-    with_derived,
-)
-from capsule_sym._design.settled import UNKNOWN, settle_many
+from capsule_sym._design.quantities import System, dimensionless, values_of, with_units
 from capsule_sym._errors import counted
 from capsule_sym._native import present
 from capsule_sym._orbits.continuation.parameter_paths import Slope
@@ -38,22 +31,20 @@ _OPEN = 8  # switches in a stretch that the core cannot decide: with more of the
 
 
 class Grid:
-    """Parameters at points u (n, k) of a program, and values of motions there."""
+    """Parameters of a system with n values (n, k) of some of them, and metrics of motions there."""
 
-    def __init__(self, program: Program, u: Matrix) -> None:
-        self.count = len(u)
-        system = program.system
+    def __init__(self, system: System, names: Sequence[str], values: Matrix) -> None:
+        self.system = system
         self.scene: Scene = system.scene
-        at = np.where(u == 1.0, program.high, program.low + u * (program.high - program.low))
-        given: dict[str, Any] = values_of(system) | dict(zip(program.names, at.T, strict=True))
+        given: dict[str, Any] = values_of(system) | dict(zip(names, values.T, strict=True))
         self.own = self.scene.values(**{name: Slope(one, 0.0) for name, one in given.items()})
-        self.device = isinstance(system, SceneDevice)
         with np.errstate(all="ignore"):
-            ratios = self.own.ratios() if self.device else vars(self.own)
+            device = isinstance(system, SceneDevice)
+            ratios = self.own.ratios() if device else vars(self.own)
         plain = (
             getattr(ratios[name], "value", ratios[name]) for name in self.scene.facts.PARAMETERS
         )
-        self.rows = np.array([np.broadcast_to(one, self.count) for one in plain]).T.copy()
+        self.rows = np.array([np.broadcast_to(one, len(values)) for one in plain]).T.copy()
         """Dimensionless parameters, (n, p)."""
 
     @property
@@ -69,22 +60,8 @@ class Grid:
         values, moduli = found.values, abs(found.multipliers[:, 0])
         at_rest = ~drifting(self.scene, self.rows, found.fields, values, moduli)
         values[at_rest[:, None] & np.isin(METRICS, ("velocity", "progression"))] = 0.0
-        names = *self.scene.facts.PARAMETERS, *METRICS
-        columns = np.column_stack([self.rows, values]).T
-        own = {name: Slope(row, 0.0) for name, row in zip(names, columns, strict=True)}
-        given = {name: own.pop(name) for name in METRICS}
-        with np.errstate(all="ignore"):
-            every = with_derived(given, own, self.scene.facts.BOUNDS)
-            if self.device:
-                every = {name: one * self.own.scale(name) for name, one in every.items()}
-        found_: dict[str, Slope] = every | vars(self.own)
-        return found_
-
-    def valued(
-        self, function: Function, every: Mapping[str, Slope], field: str = "metric", text: str = ""
-    ) -> Vector:
-        """Values (n,) of a function of the metrics."""
-        return np.broadcast_to(valued(field, function, every, text)[0], self.count)
+        given = {name: Slope(row, 0.0) for name, row in zip(METRICS, values.T, strict=True)}
+        return with_units(given, self.own, self.system)
 
 
 @dataclass(eq=False)
@@ -101,8 +78,6 @@ class Cells:
     """Slacks of the limits and of the margin of stability, (n, limits)."""
     numbers: NDArray[np.int64]
     """Excitation periods of the motions; 0 without one, UNKNOWN if unknown."""
-    peaks: Vector
-    """Largest contact force."""
 
     def __len__(self) -> int:
         return len(self.u)
@@ -149,31 +124,26 @@ def evaluate(program: Program, u: Matrix) -> Cells:
 def _unknown(program: Program, u: Matrix) -> Cells:
     """Places that no run has reached."""
     slacks = np.full((len(u), len(program.sizes)), np.inf)
-    return Cells(u, np.full(len(u), np.nan), slacks, np.full(len(u), UNKNOWN), np.zeros(len(u)))
+    return Cells(u, np.full(len(u), np.nan), slacks, np.full(len(u), UNKNOWN))
 
 
 def _block(program: Program, u: Matrix) -> Cells:
     """Values at places, a few of them; no motion where the scene does not allow the parameters."""
-    grid = Grid(program, u)
+    grid = Grid(program.system, program.names, program.values_at(u))
     own = [*dimensionless(program.system).to_dict().values()]
     rows = np.where(grid.allowed[:, None], grid.rows, own)
     found, numbers = settle_many(
         rows, program.start, most=_PERIODS, max_open=_OPEN, scene=grid.scene
     )
     numbers[~grid.allowed] = 0
-    moving, every = numbers > 0, grid.metrics(found)
-    objective = grid.valued(program.function, every) * program.sign
-    slacks: list[Any] = [
-        (grid.valued(one.function, every, "subject_to", one.text) - one.value) * one.sign
-        for one in program.limits
-    ]
-    if program.margin is not None:
-        slacks.append(1 - program.margin - abs(found.multipliers[:, 0]))
-    held = np.array(slacks).reshape(-1, len(u)).T
+    moving = numbers > 0
+    multiplier = Slope(abs(found.multipliers[:, 0]), 0.0)
+    values = (one.value for one in program.rows(grid.metrics(found), multiplier))
+    objective, *held = np.array([np.broadcast_to(one, len(u)) for one in values])
+    slacks = np.array(held).reshape(-1, len(u)).T
     return Cells(
         u,
         np.where(moving, np.where(np.isfinite(objective), objective, np.inf), np.nan),
-        np.where(moving[:, None], np.where(np.isfinite(held), held, -np.inf), np.inf),
+        np.where(moving[:, None], np.where(np.isfinite(slacks), slacks, -np.inf), np.inf),
         numbers,
-        np.where(moving, found["peak_contact"], 0.0),
     )

@@ -12,24 +12,25 @@ from collections.abc import Sequence
 from contextlib import suppress
 from functools import cached_property
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._design.settled import settle_many
 from capsule_sym._map.drift import drifts
 from capsule_sym._map.itinerary import begun
-from capsule_sym._native import check_time
+from capsule_sym._map.many import simulate_many
+from capsule_sym._map.steady import LONGEST
+from capsule_sym._native import check_time, present
 from capsule_sym._orbits.continuation.parameter_paths import Slope
-from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
+from capsule_sym._orbits.metrics.many import METRICS, MOST_SEGMENTS, Performances, performance_many
 from capsule_sym._orbits.metrics.performance import performance
-from capsule_sym._orbits.shooting.admissibility import is_admissible
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Scene, SceneParameters
+from capsule_sym._processes import processors
 
 _NEUTRAL = 1e-9  # distance from 1 within which a multiplier is 1 up to rounding
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
@@ -38,7 +39,7 @@ _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 class Motion:
     """Steady motion and its dimensionless metrics, with derivatives by the parameters.
 
-    `state` is (x_r, v_r, v_c) at forcing angle 0; `itinerary` has the names of the fields.
+    `itinerary` has the names of the fields.
     """
 
     def __init__(
@@ -46,24 +47,19 @@ class Motion:
         parameters: SceneParameters,
         found: Performances | None,
         period_number: int = 1,
-        orbit: Orbit | None = None,
+        orbit: Any = None,
     ) -> None:
-        self.parameters, self.found, self._orbit = parameters, found, orbit
-        self.period_number = period_number
-        if found is not None:
-            self.state: Vector = found.states[0]
-            self.itinerary: tuple[str, ...] = found.itinerary(0)
-        elif orbit is not None:
-            self.period_number = orbit.itinerary.period_number
-            self.itinerary = tuple(
-                f"F{field}" for field in begun(orbit.itinerary.fields, parameters.scene)
-            )
+        self.parameters, self.found, self.period_number = parameters, found, period_number
+        self._orbit: Orbit | None = orbit
+        self.fields = found.cycle(0) if found else begun(orbit.itinerary.fields, parameters.scene)
+        self.itinerary = tuple(f"F{field}" for field in self.fields)
 
     @property
     def orbit(self) -> Orbit | None:
         """Orbit solved in its itinerary; None if that fails."""
-        if self._orbit is None:
-            self._orbit = orbit_at(self.parameters, self.state.tolist(), self.period_number)
+        if self._orbit is None and self.found is not None:
+            state = self.found.states[0].tolist()
+            self._orbit = orbit_at(self.parameters, state, self.period_number)
         return self._orbit
 
     @cached_property
@@ -77,13 +73,10 @@ class Motion:
             rows = [getattr(whole, name) for name in METRICS]
             values = np.array([float(one.value) for one in rows])
             gradients = np.array([[*map(float, one.gradient.values())] for one in rows])
-        fields = np.array([[int(name[1:]) for name in self.itinerary]])
-        row = _values(self.parameters)
-        scene = self.parameters.scene
-        if not drifting(scene, row[None], fields, values[None], self.multiplier)[0]:
+        scene, row, fields = self.parameters.scene, _values(self.parameters), np.array(self.fields)
+        if not drifting(scene, row[None], fields[None], values[None], self.multiplier)[0]:
             values[_OF_DRIFT], gradients[_OF_DRIFT] = 0.0, 0.0
-        pairs = zip(METRICS, values.tolist(), gradients, strict=True)
-        return {name: Slope(*one) for name, *one in pairs}
+        return dict(zip(METRICS, map(Slope, values.tolist(), gradients), strict=True))
 
     @cached_property
     def multiplier(self) -> float:
@@ -92,15 +85,6 @@ class Motion:
             return float(abs(self.found.multipliers[0, 0]))
         assert self._orbit is not None
         return float(abs(floquet_multipliers(self._orbit)[0]))
-
-    @cached_property
-    def admissible(self) -> bool:
-        """True if the map has this orbit, and it is stable."""
-        if self.found is not None:
-            return self.multiplier < 1  # the core has closed the map itself
-        assert self._orbit is not None
-        inside = bool(min(self._orbit.durations) > 0)
-        return inside and self.multiplier < 1 and is_admissible(self._orbit)
 
 
 def drifting(
@@ -128,16 +112,6 @@ def _values(parameters: SceneParameters) -> Vector:
     return np.array(list(parameters.to_dict().values()))
 
 
-def closed(parameters: SceneParameters, state: Vector, period_number: int) -> Motion | None:
-    """Motion of the map near a state at forcing angle 0, by the core; None if none."""
-    found = performance_many(
-        _values(parameters), state, period_number, gradients=True, scene=parameters.scene
-    )
-    check_time()
-    whole = found.closed[0] and bool(np.all(np.isfinite(found.gradients[0])))
-    return Motion(parameters, found, period_number) if whole else None
-
-
 def settle(
     parameters: SceneParameters, state: Sequence[float], phase: float = 0.0
 ) -> Motion | None:
@@ -154,13 +128,6 @@ def _start_of(orbit: Orbit, parameters: SceneParameters) -> tuple[list[float], f
     *state, angle = (float(value) for value in orbit.z[:4])
     phase = (angle % math.tau) / parameters.omega
     return state, min(phase, math.nextafter(parameters.period, 0.0))
-
-
-def _moved(motion: Motion, found: Performances, parameters: SceneParameters) -> Motion | None:
-    """Motion of the map at other parameters, next to one closed by the core."""
-    moved = _values(parameters) - _values(motion.parameters)
-    state = motion.state + found.by_parameter[0] @ moved
-    return closed(parameters, state, motion.period_number)
 
 
 def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | None:
@@ -180,12 +147,137 @@ def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | N
 
 def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | None:
     """The motion continued to other parameters, or the one on which it settles; None if lost."""
-    if motion.found is not None:
-        found, state, phase = _moved(motion, motion.found, parameters), motion.state.tolist(), 0.0
-    else:
+    if motion.found is None:
         assert motion.orbit is not None
-        found = same_itinerary_at(motion, parameters)
-        state, phase = _start_of(motion.orbit, parameters)
-    if found is not None and found.admissible:
-        return found
-    return settle(parameters, state, phase)
+        return settle(parameters, *_start_of(motion.orbit, parameters))
+    row, number, scene = _values(parameters), motion.period_number, parameters.scene
+    state, moved = motion.found.states[0], row - _values(motion.parameters)
+    guess = state + motion.found.by_parameter[0] @ moved
+    found = performance_many(row, guess, number, gradients=True, scene=scene)
+    check_time()
+    if attracting(found, gradients=True)[0]:
+        return Motion(parameters, found, number)
+    return settle(parameters, state.tolist())
+
+
+_REPEATED = 1e-2  # change over its periods, over the motion's size, below which a run is closed
+_REPEATS, _APART = 5e-2, 0.2  # the same of all states of its last period, and over their spread
+_NEAR = 1e-2  # distance of the closed motion from its run
+FIRST, _MOST = 64, 1024
+"""Excitation periods of the first stretch of a run and of the last: within these a motion settles
+at a damping of 0.003."""
+_MOST_OPEN = 100  # segments of a run that the core may fail to decide, before it counts as unknown
+UNKNOWN = -1
+_ARRIVED = 1e-7  # distance at which a run has arrived at its motion
+
+
+class Settled(NamedTuple):
+    """Motions of n starts: closed ones, and the number of their excitation periods, (n,).
+
+    The number is 0 if a start has not settled on a motion, and UNKNOWN if the core leaves its run
+    open or there is no time for it.
+    """
+
+    found: Performances
+    period_numbers: NDArray[np.int64]
+
+    def put(self, some: NDArray[np.intp], found: Performances, period_numbers: Any) -> None:
+        """Replace some of the motions."""
+        self.found.records[some], self.found.fields[some] = found.records, found.fields
+        self.period_numbers[some] = period_numbers
+
+    def branch(self, i: int) -> tuple[int, ...]:
+        """Period number and fields of one period of motion i; empty without one."""
+        number = int(self.period_numbers[i])
+        return (number, *self.found.cycle(i)) if number > 0 else ()
+
+
+def settle_many(
+    rows: Vector,
+    states: ArrayLike,
+    phases: ArrayLike = 0.0,
+    *,
+    first: int = FIRST,
+    most: int = _MOST,
+    gradients: bool = False,
+    max_open: int = _MOST_OPEN,
+    scene: Scene,
+) -> Settled:
+    """Motions on which starts (n, 3) settle, at rows (n, k) of the parameters of a scene.
+
+    Each run is looked at after `first` excitation periods; others continue for twice
+    as long, and so on for stretches of at most `most`.
+    """
+    count = len(rows)
+    whole = _nothing(count, scene)
+    left, length = np.arange(count), first
+    begin = np.broadcast_to(np.asarray(states, dtype=float), (count, 3))
+    at = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
+    while len(left) and length <= most and not present().over:
+        run = simulate_many(
+            rows[left],
+            begin,
+            at,
+            length,
+            keep="stroboscopic",
+            max_seconds=present().left,
+            max_open=max_open,
+            threads=processors(),
+            scene=scene,
+        )
+        whole.period_numbers[left[~run.success]] = UNKNOWN
+        left = left[run.success]
+        seen = min(length, 2 * LONGEST + 1)
+        marks = run.kept[run.offsets[1:][run.success, None] + np.arange(-seen, 0)]
+        found, number = _arrived(rows[left], marks, gradients, scene)
+        whole.put(left[number > 0], found.of(number > 0), number[number > 0])
+        begin, at = marks[number == 0, -1], np.zeros(int((number == 0).sum()))
+        left, length = left[number == 0], 2 * length
+    if length <= most:
+        whole.period_numbers[left] = UNKNOWN  # the time is over
+    return whole
+
+
+def _nothing(count: int, scene: Scene) -> Settled:
+    """Room for the motions of so many starts."""
+    fields = np.zeros((count, MOST_SEGMENTS), np.uint8)
+    records, stops = np.zeros(count, scene.records.ORBIT), np.zeros(count, np.int8)
+    return Settled(Performances(records, stops, fields, scene), np.zeros(count, np.int64))
+
+
+def _arrived(rows: Vector, marks: Vector, gradients: bool, scene: Scene) -> Settled:
+    """Motions at the ends of n runs, from their last stroboscopic states (n, m, 3)."""
+    count, last = len(rows), marks[:, -1]
+    whole = _nothing(count, scene)
+    numbers = whole.period_numbers
+    size, least = 1 + abs(marks[:, -LONGEST:]).max(axis=(1, 2), initial=0.0), np.full(count, np.inf)
+    for number in range(1, min(LONGEST, (marks.shape[1] - 1) // 2) + 1):
+        before = marks[:, -1 - number]
+        change = abs(last - before).max(axis=1)
+        # This number of periods is skipped if another one repeats better.
+        some = np.flatnonzero((change <= _REPEATED * size) & (change < least) & (numbers == 0))
+        # A chance return is not one of the whole period.
+        changes = abs(marks[some, -number:] - marks[some, -2 * number : -number]).max(axis=(1, 2))
+        spread = np.inf if number == 1 else abs(marks[some] - last[some, None]).max(axis=(1, 2))
+        some = some[changes <= np.minimum(_REPEATS * size[some], _APART * spread)]
+        if not len(some):
+            continue
+        least[some] = change[some]
+        found = performance_many(
+            rows[some], last[some], number, gradients=gradients, threads=processors(), scene=scene
+        )
+        good = attracting(found, gradients)
+        far = abs(last[some] - found.states).max(axis=1)
+        nearer = (far <= _NEAR * size[some]) & (far < abs(before[some] - found.states).max(axis=1))
+        # The run is on the motion, or approaches it period by period.
+        good &= (far <= _ARRIVED * size[some]) | nearer
+        whole.put(some[good], found.of(good), number)
+    return whole
+
+
+def attracting(found: Performances, gradients: bool = False) -> NDArray[np.bool_]:
+    """Mask (n,) of motions that are closed, stable, and have finite values."""
+    with np.errstate(invalid="ignore"):
+        good: NDArray[Any] = found.closed & (abs(found.multipliers[:, 0]) < 1)
+    good &= np.isfinite(found.values).all(axis=1)
+    return good & np.isfinite(found.gradients).all(axis=(1, 2)) if gradients else good

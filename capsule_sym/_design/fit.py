@@ -5,33 +5,34 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._arrays import Vector
-from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
-from capsule_sym._design.fit_result import Fit
-from capsule_sym._design.guesses import drawn, limits_of, spectral
-from capsule_sym._design.least_squares import (
-    LOSSES,
-    Errors,
-    Least,
-    correlation,
-    errors_of,
-    influence_of,
-    least,
-    spread,
+from capsule_sym._arrays import Matrix, Vector
+from capsule_sym._design.counts import SEED, STARTS
+from capsule_sym._design.least_squares import LOSSES, Errors, Least, errors_of, least
+from capsule_sym._design.measured import Measured, measured
+from capsule_sym._design.misfit import (
+    OF_START,
+    PHASE,
+    STATE,
+    Misfit,
+    guesses,
+    limits_of,
+    period_of,
 )
-from capsule_sym._design.measured import about_trend, measured
-from capsule_sym._design.misfit import OF_START, PHASE, STATE, Misfit, period_of
-from capsule_sym._design.quantities import System
+from capsule_sym._design.quantities import System, values_of
 from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._map import checks
+from capsule_sym._map.result import Result, brief
 from capsule_sym._native import TimeUp, Watch
 from capsule_sym._systems import check_parameter
 
 _POOR = 0.5  # noise of a column, over its spread: a quarter of its variance is unexplained
+_CONTINUED = 4  # guesses from which the least squares are solved, the best ones
 _AT_BOUND = 1e-6  # distance from a bound, over the size of the value, that counts as none
 
 
@@ -45,9 +46,7 @@ def fit(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     loss: str = "linear",
     starts: int = 0,
-    follow: int = 4,
     seed: int = 0,
-    steps: int = 200,
     max_seconds: float = checks.SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Fit:
@@ -55,8 +54,7 @@ def fit(
 
     The motion starts in `state`, at `phase` of the forcing, at the first of the times, even if the
     first values are gaps. The given values of the unknowns are the first guess; all other values
-    are known. If the frequency of the drive is unknown, frequencies from the spectrum of the data
-    are guesses too. All is dimensionless, or in SI units if `system` is a device.
+    are known. All is dimensionless, or in SI units if `system` is a device.
 
     Parameters
     ----------
@@ -82,13 +80,9 @@ def fit(
         Loss of the squared residuals. That of Cauchy gives outliers less weight.
     starts : int, default 0, 0 to 100,000
         Number of further random guesses, within `bounds` or else between half and twice the guess.
-    follow : int, default 4, 1 to 1,000
-        Number of guesses that are continued: the best ones, of the given guess and all others.
+        The least squares are solved from the best four.
     seed : int, default 0, 0 to 10**12
         Seed of the random guesses.
-    steps : int, default 200, 1 to 100,000
-        Largest number of steps of each least-squares solution. The loss of
-        Cauchy takes three of these for a guess.
     max_seconds : float, default 600.0, above 0
         Time limit, in seconds of wall time.
     progress : callable, default None
@@ -137,42 +131,38 @@ def fit(
     limits = limits_of(problem, bounds or {})
     check_one_of("loss", loss, LOSSES)
     checks.check_count("starts", starts, *STARTS)
-    checks.check_count("follow", follow, *FOLLOW)
     checks.check_count("seed", seed, *SEED)
-    checks.check_count("steps", steps, *STEPS)
     found, status = list[Least](), Status.TIME_LIMIT
+    message = "time limit reached: best values so far"
     with Watch(checks.checked_seconds(max_seconds)):
-        guesses = [problem.guess, *spectral(problem, limits), *drawn(problem, limits, starts, seed)]
-        for k, guess in enumerate(_best(problem, guesses)[:follow], 1):
-            problem.doing = f"start {k} of {min(follow, len(guesses))}"
-            found.append(least(problem, guess, limits, loss, steps))
+        best = _best(problem, guesses(problem, limits, starts, seed))[:_CONTINUED]
+        for k, guess in enumerate(best, 1):
+            problem.doing = f"start {k} of {len(best)}"
+            found.append(least(problem, guess, limits, loss))
         status = Status.FINISHED
     problem.progress = None
-    best = min(found, key=lambda one: one.cost) if found else Least(problem.latest)
-    residuals, values = problem.residuals(best.x), problem.named(best.x)
-    errors = errors_of(problem, best, residuals)
-    noise = _noise_by_column(problem, residuals, math.isfinite(best.scale))
-    message = "time limit reached: best values so far"
+    least_squares = min(found, key=lambda one: one.cost) if found else Least(problem.latest)
+    errors = errors_of(problem, least_squares)
     if status is Status.FINISHED:
-        status, message = _status(problem, best, errors, limits, noise)
-    now = problem.now(best.x)
+        status, message = _status(problem, least_squares, errors, limits)
+    now = problem.now(least_squares.x)
     x_r, v_r, v_c = (now[name] for name in STATE)
     return Fit(
-        system=problem.system_at(best.x),
+        system=problem.system_at(least_squares.x),
         state=(x_r, v_r, v_c),
         phase=now[PHASE],
-        values=values,
+        values=problem.named(least_squares.x),
         standard_errors=problem.named(errors.standard),
         covariance=errors.covariance,
         status=status,
         message=message,
         evaluations=problem.evaluations,
         noise=errors.noise,
-        noise_by_column=noise,
-        autocorrelation=correlation(influence_of(residuals, best.scale)[0], problem.data.column),
+        noise_by_column=errors.noise_by_column,
+        autocorrelation=errors.autocorrelation,
         open_combinations=errors.lost,
         data=problem.data,
-        residuals=residuals,
+        residuals=errors.residuals,
     )
 
 
@@ -187,40 +177,90 @@ def _best(problem: Misfit, guesses: Sequence[Vector]) -> list[Vector]:
 
 
 def _status(
-    problem: Misfit,
-    found: Least,
-    errors: Errors,
-    limits: tuple[Vector, Vector],
-    noise: Mapping[str, float],
+    problem: Misfit, found: Least, errors: Errors, limits: tuple[Vector, Vector]
 ) -> tuple[Status, str]:
     """Status of the best least squares, and the status as a sentence."""
-    status, message = Status.NOT_CONVERGED, found.message
-    if found.success:
-        status, message = Status.CONVERGED, "the least squares converged"
-    poor = [f"{by:.2g} of the spread of {one}" for one, by in noise.items() if not by < _POOR]
+    noise = errors.noise_by_column.items()
+    poor = [f"{by:.2g} of the spread of {one}" for one, by in noise if not by < _POOR]
     apart = [name for name, by in problem.named(errors.standard).items() if math.isinf(by)]
     # The least squares stay a little within the bounds.
     room = np.minimum(found.x - limits[0], limits[1] - found.x) / problem.sizes(found.x)
     bound = [name for name, by in problem.named(room).items() if by <= _AT_BOUND]
-    if poor:
-        status = Status.UNEXPLAINED if found.success else status
-        reason = "" if found.success else f" ({found.message})"
-        advice = "try starts=64, other guesses, and check units"
-        message = f"the noise is {', '.join(poor)}: {advice}{reason}"
-    elif errors.lost:
-        status = Status.NOT_IDENTIFIABLE
-        message = f"the measurements do not determine {', '.join(apart)}"
-    elif bound:
-        status = Status.AT_BOUND if found.success else status
-        message += f", with {', '.join(bound)} at a bound: try wider bounds"
+    status, message = Status.NOT_CONVERGED, found.message
+    if found.success:
+        status, message = Status.CONVERGED, "the least squares converged"
+    advice = "try starts=64, other guesses, and check units"
+    for names, cause, text in (
+        (poor, Status.UNEXPLAINED, f"the noise is {', '.join(poor)}: {advice}"),
+        (apart, Status.NOT_IDENTIFIABLE, f"the data do not determine {', '.join(apart)}"),
+        (bound, Status.AT_BOUND, f"{', '.join(bound)} at a bound: try wider bounds"),
+    ):
+        if names:
+            return (cause if found.success else status), f"{message}; {text}"
     return status, message
 
 
-def _noise_by_column(problem: Misfit, residuals: Vector, robust: bool) -> dict[str, float]:
-    """Spread of each column's residuals, over that of the column about its trend, by its name."""
-    noise, data = dict[str, float](), problem.data
-    for k, name in enumerate(data.names):
-        own = data.column == k
-        whole = about_trend(data.times[own], data.values[own]).std() or math.nan
-        noise[name] = spread((residuals * problem.scales)[own], 0, robust) / float(whole)
-    return noise
+@dataclass(frozen=True, eq=False)
+class Fit(Result):
+    """Result of a fit.
+
+    Values are dimensionless, or in SI units if the fitted system is a device. Standard errors
+    assume independent errors of the measurements, of equal size within a column, and a model that
+    is nearly linear over them. `autocorrelation` tests the independence.
+    """
+
+    system: System
+    """Parameters, with the fitted values."""
+    state: tuple[float, float, float]
+    """(x_r, v_r, v_c) at the first time."""
+    phase: float
+    """Phase of the forcing at the first time."""
+    values: dict[str, float]
+    """Fitted values, by name."""
+    standard_errors: dict[str, float]
+    """Standard errors of the values; infinite for values in `open_combinations`."""
+    covariance: Matrix
+    """Covariance of the values, shape (k, k)."""
+    status: Status
+    """Status of the fit."""
+    message: str
+    """Status as a sentence."""
+    evaluations: int
+    """Number of runs, with and without derivatives."""
+    noise: float
+    """Standard deviation of the residuals."""
+    noise_by_column: dict[str, float]
+    """The same of each column, in units of its own spread about its linear trend."""
+    autocorrelation: float
+    """Correlation of a residual with the next one of its column, weighted by the loss."""
+    open_combinations: tuple[dict[str, float], ...]
+    """Combinations of relative changes of the unknowns that are not identifiable."""
+    data: Measured
+    """Measured values, in the order of time."""
+    residuals: Vector
+    """Model minus measurement, in standard deviations of its column, shape (n,)."""
+    _recorded = (
+        "evaluations values standard_errors covariance state phase noise noise_by_column "
+        "autocorrelation open_combinations"
+    )
+
+    def __repr__(self) -> str:
+        told = ", ".join(
+            f"{name} = {value:.6g} +/- {self.standard_errors[name]:.1g}"
+            for name, value in self.values.items()
+        )
+        return brief(self, f"{told}, {self.status}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Result by name, as numbers, texts, lists and dicts."""
+        return super().to_dict() | {"parameters": values_of(self.system)}
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The n measurements, shape (n,): time, column, value, and residual over noise."""
+        return {
+            "t": self.data.times,
+            "column": np.array(self.data.names)[self.data.column],
+            "value": self.data.values,
+            "residual": self.residuals / (self.noise or 1.0),
+        }

@@ -2,39 +2,40 @@
 
 A survey shows the approximate front between its ends, the optima of either metric. The place of the
 survey on it that is the farthest from all points becomes the next point: the optimum of the first
-metric, with the second one at most that of the place.
+metric, with the second one at most that of the place. It is searched from the best places of two
+branches within this bound, and again if a place that was evaluated later is better.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.front import Front, FrontPart
-from capsule_sym._design.front_survey import FrontSurvey
 from capsule_sym._design.optimum import Optimum, optimum_of
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function, Limit
+from capsule_sym._design.quantities import Function, of, valued
 from capsule_sym._design.search import Optimisation
-from capsule_sym._design.stationary import SOLVED
+from capsule_sym._design.stationary import SOLVED, LocalOptimum
+from capsule_sym._design.survey import FrontSurvey, Survey, trade_offs
 from capsule_sym._errors import InvalidInput, Status, counted
+from capsule_sym._map.labelled import Labelled
+from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._processes import sobol
 
 SAME = 1e-3
 """Least difference of two points in both metrics, a share of the ranges of the front."""
 _STARTS = 6  # searches for each end, half of those of an optimum: the survey may better it
 _PIECES = 2  # on which a point is searched: with more a front with riddled basins takes a minute
+_BRANCHES = 2  # from which a point is searched: where a front jumps, two are nearly as good
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
 
 
-@dataclass(eq=False)
-class FrontPoint:
+class FrontPoint(NamedTuple):
     """Point of a front, with both of its metrics in the sense of minimisation."""
 
     u: Vector
@@ -49,7 +50,9 @@ class FrontSearch:
 
     def __init__(self, program: Program, cost: Function, count: int) -> None:
         """`count` points are wanted of a program against a cost."""
-        self.searches = Optimisation(program), Optimisation(replace(program, function=cost, sign=1))
+        other = replace(program, function=cost, sign=1)
+        self.searches = Optimisation(Survey(program)), Optimisation(Survey(other))
+        self.names = program.name, other.name
         self.count, self.done, self.ranges = count, False, np.ones(2)
         self.points: list[FrontPoint] = []
         """Points by increasing second metric, of which none is better than another."""
@@ -61,19 +64,13 @@ class FrontSearch:
         """Problem of the first metric."""
         return self.searches[0].program
 
-    @property
-    def names(self) -> tuple[str, str]:
-        """Names of both metrics."""
-        first, second = (one.program.name for one in self.searches)
-        return first, second
-
     def run(self, samples: int, seed: int) -> None:
         """Find the ends, the approximate front between them, and the points."""
         for one in self.searches:
             one.run(samples, seed, _STARTS)
-        best, least = (one.result for one in self.searches)
-        if self.has_motion(best) and self.has_motion(least):
-            self.between(self.end(least), self.end(best), samples, seed)
+        if all(one.optima for one in self.searches):
+            high, low = (self.made(one.optimum) for one in self.searches)
+            self.between(low, high, samples, seed)
         self.done = True
 
     def between(self, low: FrontPoint, high: FrontPoint, samples: int, seed: int) -> None:
@@ -88,81 +85,65 @@ class FrontSearch:
             self.points = [high if high.both[0] < low.both[0] and not same[0] else low]
             return
         self.points, self.ranges = [low, high], abs(high.both - low.both)
-        self.survey = FrontSurvey(self.searches[0].program, self.searches[1].program, seed)
+        cost = self.searches[1].program.function
+        self.survey = FrontSurvey(self.program, cost, float(self.ranges[1]), seed)
         self.survey.look(sobol(len(self.program.names), _CELLS * samples, seed))
         self.survey.evolve()
         self.fill()
         for lower, upper, gap in [*zip(self.points, self.points[1:], self.gaps, strict=False)]:
             if gap and np.sum(abs(upper.both - lower.both) / self.ranges) > 2 / self.count:
-                last = self.point(float(lower.both[1] + upper.both[1]) / 2, lower.u)
-                self.add(last)
-                if last in self.points and lower in self.points[1:]:
-                    self.points.remove(lower)  # the end of its branch is in its place
-                elif last in self.points and len(self.points) > self.count:
-                    self.points.remove(last)
+                self.add(self.point(float(lower.both[1] + upper.both[1]) / 2))
+        for one in [*self.points]:
+            cheaper = self.survey.front[self.survey.front[:, 1] <= one.both[1], 0]
+            if cheaper.min(initial=np.inf) < one.both[0] - SAME * self.ranges[0]:
+                self.add(self.point(float(one.both[1])))
+        while len(self.points) > self.count:
+            both = np.array([one.both for one in self.points])
+            self.points.pop(1 + int((abs(both[2:] - both[:-2]) / self.ranges).sum(axis=1).argmin()))
         self.breaks = np.flatnonzero(self.gaps).tolist()
 
     def fill(self) -> None:
         """Make points of the places of the survey's front that are the farthest from all points."""
-        places = self.survey
+        seen = [one.both for one in self.points]
         while len(self.points) < self.count:
-            front = places.front(np.arange(len(places.u)))
-            apart = [abs(places.both[front] - one.both) / self.ranges for one in self.points]
-            far = np.min(np.sum(apart, axis=2), axis=0)
+            front = self.survey.front
+            apart = [(abs(front - both) / self.ranges).sum(axis=1) for both in seen]
+            far = np.min(apart, axis=0)
             if far.max() < SAME:
                 break
             self.program.tell(f"search between {len(self.points)} points of {self.count}")
-            i = front[np.argmax(far)]
-            bound, places.both[i] = float(places.both[i, 1]), np.inf  # it is tried once
-            self.add(self.point(bound, places.u[i]))
+            seen.append(front[np.argmax(far)])
+            if (found := self.point(float(seen[-1][1]))) is not None:
+                seen.append(found.both)
+            self.add(found)
 
     def add(self, point: FrontPoint | None) -> None:
         """Keep a point, also as a place of the survey, and no points that it betters."""
         if point is None:
             return
-        self.survey.add(point.u[None], point.both[None])
-        points = sorted([*self.points, point], key=lambda one: (one.both[1], one.both[0]))
-        least = np.minimum.accumulate([math.inf, *(one.both[0] for one in points)])
-        self.points = [
-            one for one, level in zip(points, least, strict=False) if one.both[0] < level
-        ]
+        self.survey.look(point.u[None])
+        every = [*self.points, point]
+        self.points = [every[i] for i in trade_offs(np.array([one.both for one in every]))]
 
-    def point(self, bound: float, u: Vector) -> FrontPoint | None:
-        """Best of the first metric from a place, with the second one at most at a bound."""
-        search = Optimisation(self.bounded(bound))
-        place = search.descend(search.program.begin(u))
-        if place is None or place.beyond:
+    def point(self, bound: float) -> FrontPoint | None:
+        """Best of the first metric with the second one at most at a bound.
+
+        Searches begin at the best places of several branches of the survey.
+        """
+        search = Optimisation(self.survey.bounded(bound))
+        places = search.descents(_BRANCHES)
+        if not places or places[0].beyond:
             return None
-        found = search.solved(place, _PIECES) or search.bounded(place)
-        optimum = optimum_of(found)
-        slope = optimum.constraints[len(self.program.limits)].multiplier or math.nan
-        place = found.place
-        return FrontPoint(place.u, self.both(place.u, place.motion), optimum, slope)
+        found = search.solved(places[0], _PIECES) or search.bounded(places[0])
+        limit = len(self.program.limits)
+        return self.made(found, optimum_of(found).constraints[limit].multiplier or math.nan)
 
-    def bounded(self, bound: float) -> Program:
-        """Problem of the first metric with the second one at most at a bound."""
-        text = f"{self.names[1]} <= {bound:.6g}"
-        limit = Limit(text, self.searches[1].program.function, bound, -1)
-        return replace(
-            self.program,
-            progress=None,
-            limits=(*self.program.limits, limit),
-            limit_units=(*self.program.limit_units, float(self.ranges[1])),
-        )
-
-    def end(self, optimum: Optimum) -> FrontPoint:
-        """Optimum of a metric as an end of the front."""
-        assert optimum.orbit is not None
-        u = self.program.u_of(optimum.system)
-        motion = Motion(optimum.orbit.parameters, None, orbit=optimum.orbit)
-        return FrontPoint(u, self.both(u, motion), optimum)
-
-    def both(self, u: Vector, motion: Motion) -> Vector:
-        """Both metrics of a motion in the sense of minimisation."""
-        plain: dict[str, Any] = {"unit": 1.0, "limits": (), "limit_units": (), "margin": None}
-        return np.array(
-            [replace(one.program, **plain).at(u, motion).objective for one in self.searches]
-        )
+    def made(self, found: LocalOptimum, slope: float = math.nan) -> FrontPoint:
+        """Optimum as a point of the front."""
+        place, problems = found.place, [one.program for one in self.searches]
+        every = of(place.motion.metrics, self.program.system_at(place.u))
+        both = [valued("metric", one.function, every).value * one.sign for one in problems]
+        return FrontPoint(place.u, np.array(both, float), optimum_of(found), slope)
 
     @property
     def gaps(self) -> NDArray[np.bool_]:
@@ -172,10 +153,6 @@ class FrontSearch:
         worst = np.maximum(both[:-1], both[1:]) + SAME * self.ranges
         found: NDArray[np.bool_] = (between.reshape(3, -1, 2) > worst).any(axis=(0, 2))
         return found
-
-    def has_motion(self, optimum: Optimum) -> bool:
-        """True if an optimum has an orbit, and is within the limits."""
-        return optimum.orbit is not None and optimum.status is not Status.INFEASIBLE
 
     @property
     def parts(self) -> tuple[FrontPart, ...]:
@@ -202,15 +179,12 @@ class FrontSearch:
 
     def _conclusion(self) -> tuple[Status, str]:
         """Status and message."""
-        best, least = (one.result for one in self.searches)
-        if not self.points and self.done:
-            end = least if self.has_motion(best) else best
-            return end.status, end.message
-        if not self.points:
-            return Status.TIME_LIMIT, "time limit reached: ends are missing"
         found = counted(len(self.points), "point")
         if not self.done:
             return Status.TIME_LIMIT, f"time limit reached: {found} of {self.count} were found"
+        if not self.points:
+            end = next(one.result for one in self.searches if not one.optima)
+            return end.status, end.message
         if len(self.points) == 1:
             return Status.OPTIMAL, "one point is best in both metrics"
         if len(self.parts) > 1:
@@ -219,3 +193,76 @@ class FrontSearch:
         if rough:
             return Status.NOT_CONVERGED, f"{found}: {rough} of them are not proved optima"
         return Status.OPTIMAL, found
+
+
+class FrontPart(NamedTuple):
+    """Connected part of a front: its first and last point."""
+
+    first: int
+    last: int
+
+    def __repr__(self) -> str:
+        return by_fields(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Front(Result, Labelled):
+    """Points of a Pareto front, by increasing second metric: `points` (n,), each an `Optimum`.
+
+    The point of least cost is the optimum of the second metric, the others are optima of the first.
+    In SI units if the system is a device, else dimensionless.
+    """
+
+    metrics: tuple[str, str]
+    """Names of the optimised metric and of its cost."""
+    maximised: bool
+    """True if the first metric is maximised; the second is always minimised."""
+    points: tuple[Optimum, ...]
+    values: Vector
+    """First metric, shape (n,)."""
+    costs: Vector
+    """Second metric, shape (n,)."""
+    slopes: Vector
+    """Gain of the first metric per unit of the second, shape (n,); nan if no bound is active."""
+    parts: tuple[FrontPart, ...]
+    """Parts of the front, each with the numbers of its `first` and `last` point.
+
+    Drives between those of two parts are worse."""
+    status: Status
+    """Status of the front."""
+    message: str
+    """Status as a sentence."""
+    _recorded = "metrics maximised parts"
+
+    @property
+    def success(self) -> bool:
+        """True if both ends were found, and every point is an optimum."""
+        return bool(self.points) and super().success
+
+    def __repr__(self) -> str:
+        first, second = self.metrics
+        points = counted(len(self.points), "point")
+        return brief(self, f"{points}, {self.status}", f"of {first} against {second}")
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Points as columns: metrics, variables, slope, part of the front, and the solution."""
+        first, second = self.metrics
+        names = list(self.points[0].over) if self.points else []
+        lengths = [part.last - part.first + 1 for part in self.parts]
+        return {
+            first: self.values,
+            second: self.costs,
+            **{name: np.array([point.over[name] for point in self.points]) for name in names},
+            "slope": self.slopes,
+            "part": np.repeat(np.arange(1, len(lengths) + 1), lengths),
+            "residual": np.array([point.residual for point in self.points]),
+            "itinerary": np.array([" ".join(point.itinerary) for point in self.points], np.str_),
+            "status": np.array([str(point.status) for point in self.points], np.str_),
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Result by name, as numbers, texts, lists and dicts."""
+        both = zip(self.points, self.values.tolist(), self.costs.tolist(), strict=True)
+        points = [point.to_dict() | {"value": value, "cost": cost} for point, value, cost in both]
+        return super().to_dict() | {"points": points}

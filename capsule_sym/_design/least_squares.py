@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
+from capsule_sym._design.measured import about_trend
 from capsule_sym._design.misfit import LOST, Misfit
 from capsule_sym._map.labelled import package
 
@@ -40,48 +40,30 @@ class Errors(NamedTuple):
     """Standard errors (k,), infinite for unknowns that are not identifiable."""
     lost: tuple[dict[str, float], ...]
     """Combinations of relative changes that are not identifiable."""
+    residuals: Vector
+    noise_by_column: dict[str, float]
+    """Spread of each column's residuals, over that of the column about its trend."""
+    autocorrelation: float
+    """Lag-one correlation of the residuals within their columns, weighted by the loss."""
 
 
-def least(
-    problem: Misfit, guess: Vector, limits: tuple[Vector, Vector], loss: str, steps: int
-) -> Least:
-    """Least squares from a guess.
+@np.errstate(all="ignore")
+def least(problem: Misfit, guess: Vector, limits: tuple[Vector, Vector], loss: str) -> Least:
+    """Least squares from a guess, by SciPy, with unknowns scaled by the Jacobian.
 
     The robust loss begins as soft_l1, whose minimum is easier to reach; then its scale is that of
     the residuals, and after it once more.
     """
-    robust, guess = loss == "cauchy", np.clip(guess, *limits)
-    found = _solved(problem, guess, limits, "soft_l1" if robust else "linear", _FIRST, steps)
-    for _ in range(2 if robust else 0):
-        noise = spread(problem.residuals(found.x), len(guess), robust)
-        scale = _BULK * max(noise, np.finfo(float).eps)
-        found = _solved(problem, found.x, limits, loss, scale, steps)
-    return found if robust else found._replace(scale=math.inf)
-
-
-@np.errstate(all="ignore")
-def _solved(
-    problem: Misfit,
-    start: Vector,
-    limits: tuple[Vector, Vector],
-    loss: str,
-    scale: float,
-    steps: int,
-) -> Least:
-    """SciPy's least squares with one loss, and unknowns scaled by the Jacobian."""
-    found = package("scipy.optimize").least_squares(
-        problem.residuals,
-        start,
-        problem.jacobian,
-        bounds=limits,
-        x_scale="jac",
-        loss=loss,
-        f_scale=scale,
-        max_nfev=steps,
-        **_PRECISE,
-    )
+    robust, x, scale = loss == "cauchy", np.clip(guess, *limits), _FIRST
+    how: dict[str, Any] = {"bounds": limits, "x_scale": "jac"} | _PRECISE
+    for stage in ("soft_l1", loss, loss) if robust else (loss,):
+        found = package("scipy.optimize").least_squares(
+            problem.residuals, x, problem.jacobian, loss=stage, f_scale=scale, **how
+        )
+        x, used = found.x, scale if robust else math.inf
+        scale = _BULK * max(spread(problem.residuals(x), len(x), robust), np.finfo(float).eps)
     success = bool(found.success) and not np.any(found.fun == LOST)
-    return Least(found.x, float(found.cost), success, str(found.message), scale)
+    return Least(x, float(found.cost), success, str(found.message), used)
 
 
 def spread(residuals: Vector, unknown: int, robust: bool) -> float:
@@ -95,14 +77,8 @@ def spread(residuals: Vector, unknown: int, robust: bool) -> float:
     return float(1.4826 * np.median(np.sort(np.abs(residuals))[max(0, unknown - 1) :]))
 
 
-def influence_of(residuals: Vector, scale: float) -> tuple[Vector, Vector]:
-    """Half the derivative of each term of the sum by its residual, and the derivative of that."""
-    z = (residuals / scale) ** 2
-    return residuals / (1 + z), (1 - z) / (1 + z) ** 2
-
-
 @np.errstate(all="ignore")  # of residuals whose squares overflow
-def errors_of(problem: Misfit, found: Least, residuals: Vector) -> Errors:
+def errors_of(problem: Misfit, found: Least) -> Errors:
     """Errors of the fitted values to first order, those of an M-estimator.
 
     They are H^-1 B H^-1, with H the sum of J^T J over the columns, each times its mean slope of
@@ -111,9 +87,11 @@ def errors_of(problem: Misfit, found: Least, residuals: Vector) -> Errors:
     unknowns is Huber's (Robust Statistics, 1981, section 7.6). For a linear loss and one column
     this is the classical covariance.
     """
-    jacobian, column = problem.jacobian(found.x), problem.data.column
+    residuals, jacobian, data = problem.residuals(found.x), problem.jacobian(found.x), problem.data
+    robust, column = math.isfinite(found.scale), data.column
     count, unknown = jacobian.shape
-    influence, slope = influence_of(residuals, found.scale)
+    z = (residuals / found.scale) ** 2
+    influence, slope = residuals / (1 + z), (1 - z) / (1 + z) ** 2  # of Cauchy's loss
     mean, share, sizes = slope.mean(), unknown / count, np.bincount(column)
     factor = 1.0 + share * np.var(slope) / mean**2 if mean > 0 else 1.0
     slopes = np.bincount(column, slope) / sizes
@@ -131,12 +109,13 @@ def errors_of(problem: Misfit, found: Least, residuals: Vector) -> Errors:
     standard = np.sqrt(np.diag(covariance))
     standard[np.any(np.abs(directions[~kept]) > _PART, axis=0)] = math.inf
     lost = tuple(dict(zip(problem.unknown, row.tolist(), strict=True)) for row in directions[~kept])
-    noise = spread(residuals, unknown, math.isfinite(found.scale))
-    return Errors(noise, covariance, standard, lost)
-
-
-def correlation(residuals: Vector, column: NDArray[np.int64]) -> float:
-    """Lag-one correlation of residuals within their columns."""
-    order = np.argsort(column, kind="stable")
-    along, ordered = np.diff(column[order]) == 0, residuals[order]
-    return float((ordered[1:] * ordered[:-1])[along].sum() / (residuals @ residuals or 1.0))
+    by_column = dict[str, float]()
+    for k, name in enumerate(data.names):
+        own = column == k
+        whole = about_trend(data.times[own], data.values[own]).std() or math.nan
+        by_column[name] = spread((residuals * problem.scales)[own], 0, robust) / float(whole)
+    ordered = influence[order := np.argsort(column, kind="stable")]
+    along = np.diff(column[order]) == 0
+    correlation = float((ordered[1:] * ordered[:-1])[along].sum() / (influence @ influence or 1.0))
+    noise = spread(residuals, unknown, robust)
+    return Errors(noise, covariance, standard, lost, residuals, by_column, correlation)

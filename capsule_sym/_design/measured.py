@@ -1,9 +1,18 @@
-"""Measured time series for a fit."""
+"""Measured time series for a fit, from arrays or text files.
+
+Of a file the separator, decimal mark, header and units are detected.
+"""
 
 from __future__ import annotations
 
+import csv
+import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from unicodedata import normalize
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -100,3 +109,146 @@ def check_values(columns: Mapping[str, NDArray[np.float64]], rows: Sequence[int]
         at = int(np.argmax(falls)) + 1
         allowed = f"after {float(times[at - 1])!r}"
         raise InvalidInput(f"t in row {rows[at]}", float(times[at]), allowed)
+
+
+_SEPARATORS = "\t;|,"
+_COMMENTS = "#", "%", "//", "sep="  # the last one is for spreadsheets alone
+_HEAD = re.compile(
+    rf"(t|time|{'|'.join(OF_STATE)})(?:[\s_\[(/]+(?:in\s)?([^\])]*)[\])]?)?", re.IGNORECASE
+)
+_TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "μs": 1e-6, "min": 60.0}
+_LENGTHS = {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "μm": 1e-6, "nm": 1e-9}
+_SPEEDS = {f"{x}/{t}": a / b for x, a in _LENGTHS.items() for t, b in _TIMES.items()}
+_GAPS = ("", "nan", "na", "n/a", "<na>", "null", "none", "-", "--", "#n/a")
+
+
+class Measurements(dict[str, NDArray[np.float64]]):
+    """Columns (n,) by name, nan for a gap; in SI units where the file names a multiple of them."""
+
+    units: Mapping[str, str]
+    """Units that the file names, by column."""
+
+    @property
+    def message(self) -> str:
+        """Number of rows, and the columns with their units, as a sentence."""
+        named = [f"{name} in {self.units[name]}" if self.units[name] else name for name in self]
+        count = len(next(iter(self.values()), ()))
+        return f"read {count:,} row{'s' * (count != 1)}: {', '.join(named)}"
+
+
+def read_measured(path: str | PathLike[str]) -> Measurements:
+    r"""Columns (n,) of a text file by name, nan for a gap, and a `message` on them.
+
+    Separator, decimal comma, encoding and comments are detected. The columns are `t`, or `time`,
+    and one or more of x_r, v_r, v_c, x_c, x_m, v_m, in any order. Thousands separators are not
+    read.
+
+    A header may name units, as in "x_m [mm]". Multiples of s, m and m/s become SI units; others are
+    kept.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    Measurements
+        Mapping of names to arrays of shape (n,), in SI units where the file names a multiple of
+        them. `units` has the units that the file names, `message` the number of rows and the
+        columns.
+
+    Raises
+    ------
+    InvalidInput
+        For a file that cannot be read, and for a column that is missing, unknown or repeated. For a
+        value that is not allowed, with its row in the file. Also for a unit of another quantity,
+        and for a file with both decimal commas and decimal points.
+
+    See Also
+    --------
+    fit : fit to these columns.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import capsule_sym as cs
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "run.csv")
+    ...     _ = file.write_text("t [s];x_m [mm]\n0;0\n0,5;\n1;2,5\n")
+    ...     data = cs.inputs.read_measured(file)
+    >>> print(data.message)
+    read 3 rows: t in s, x_m in mm
+    >>> print(data["x_m"])  # in metres
+    [0.        nan 0.0025]
+    """
+    (first, head), *body = _rows(Path(path))
+    head = head[: max((k for k, cell in enumerate(head, 1) if cell), default=0)]
+    matches = [_HEAD.fullmatch(normalize("NFKC", cell)) for cell in head]
+    if not any(matches):
+        raise InvalidInput(f"header in row {first}", ",".join(head), ALLOWED)
+    names = [m[1].lower() if m else cell for m, cell in zip(matches, head, strict=True)]
+    names = ["t" if name == "time" else name for name in names]
+    check_names(names)
+    for k, row in body:
+        if len(row) < len(head) or any(row[len(head) :]):
+            raise InvalidInput(f"row {k}", " ".join(row), f"{len(head)} values, as in the header")
+    point = any("." in cell for _, row in body for cell in row)
+    found, units = Measurements(), dict[str, str]()
+    for place, (name, match) in enumerate(zip(names, matches, strict=True)):
+        unit = ((match[2] if match else "") or "").strip()
+        known = _TIMES if name == "t" else _LENGTHS if name[0] == "x" else _SPEEDS
+        plain = unit.replace(" ", "")
+        if plain in _TIMES | _LENGTHS | _SPEEDS and plain not in known:
+            raise InvalidInput(f"unit of {name}", unit, f"one of {', '.join(known)}")
+        values = [_value(f"{name} in row {k}", row[place], point) for k, row in body]
+        found[name], units[name] = np.array(values) * known.get(plain, 1.0), unit
+    check_values(found, [k for k, _ in body])
+    found.units = units
+    return found
+
+
+def _rows(file: Path) -> list[tuple[int, list[str]]]:
+    """Cells of the header and of each row of numbers below it, with their row in the file."""
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise InvalidInput("file", str(file), f"readable ({error.strerror})") from error
+    try:
+        text = data.decode("utf-16" if b"\0" in data else "utf-8")
+    except UnicodeDecodeError:
+        text = data.decode("cp1252", "replace")
+    text = text.lstrip("\ufeff")
+    every = [(k, line.strip(" ")) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
+    lines = [(k, line) for k, line in every if not line.startswith(_COMMENTS)]
+    if lines and re.match(r"[-+.\d]", lines[0][1]):
+        # The header may be the last comment above the numbers, as NumPy writes it.
+        above = [(k, line.lstrip("#%/ ")) for k, line in every if k < lines[0][0]]
+        lines = above[-1:] + lines
+    if not lines:
+        raise InvalidInput("columns", "none", ALLOWED)
+    head = re.sub(r"\s+(?=[\[(])", "", lines[0][1])
+    bare = re.sub(r"\[.*?\]|\(.*?\)", "", head)
+    separator = next((one for one in _SEPARATORS if one in bare), " ")
+    lines[0] = lines[0][0], head
+    split = [csv.reader([line], delimiter=separator, skipinitialspace=True) for _, line in lines]
+    cells = [[cell.strip() for cell in next(row)] for row in split]
+    return [(k, row) for (k, _), row in zip(lines, cells, strict=True)]
+
+
+def _value(field: str, cell: str, point: bool) -> float:
+    """Number in a cell, nan for a gap; a comma in it is one of decimals, unless there are points.
+
+    Raises InvalidInput.
+    """
+    if cell.lower() in _GAPS:
+        return math.nan
+    if "," in cell and point:
+        raise InvalidInput(field, cell, "a number with the decimal mark of the others, a point")
+    try:
+        if "_" in cell:  # which Python allows
+            raise ValueError
+        return float(cell.replace(",", "."))
+    except ValueError:
+        raise InvalidInput(field, cell, "a number") from None

@@ -1,4 +1,4 @@
-"""Residuals of a run at measured times, with their exact Jacobian through all switches."""
+"""Residuals of a run at measured times, with their exact Jacobian, and first guesses of a fit."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.measured import OF_STATE, Measured
-from capsule_sym._design.quantities import System, dimensionless, varied
+from capsule_sym._design.quantities import System, allowed, dimensionless, varied
 from capsule_sym._design.sensitivities import START, columns_of, sensitivities
-from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._errors import InvalidInput, check_one_of, counted
 from capsule_sym._map import Trajectory, simulate
+from capsule_sym._map.checks import checked_ends
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._parameters import SceneDevice, names_of
+from capsule_sym._processes import sobol
 
 OF_START = (*START, "x_c")
 STATE, PHASE = START[:-1], START[-1]
@@ -166,3 +168,39 @@ def units_of(system: System) -> Vector:
 def period_of(system: System) -> float:
     """Excitation period, in the system's unit of time."""
     return float(dimensionless(system).period * units_of(system)[OF_START.index(PHASE)])
+
+
+def limits_of(problem: Misfit, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
+    """Lower and upper bounds of the unknowns, each (k,).
+
+    Raises InvalidInput for bounds of another name, and for those that are not allowed.
+    """
+    for name in bounds:
+        check_one_of("bounds", name, problem.unknown)
+    low, high = np.full((2, len(problem.unknown)), np.inf) * [[-1], [1]]
+    for k, name in enumerate(problem.unknown):
+        if name not in OF_START:
+            low[k], high[k] = allowed(problem.system, name)
+        if name in bounds:
+            low[k], high[k] = checked_ends(f"bounds of {name}", bounds[name], low[k], high[k])
+        if not low[k] <= (guess := float(problem.guess[k])) <= high[k]:
+            raise InvalidInput(name, guess, f"from {low[k]:g} to {high[k]:g} as a guess")
+    return low, high
+
+
+def guesses(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: int) -> list[Vector]:
+    """The given guess, and random ones between the bounds, or between half and twice the guess.
+
+    Without a bound a phase is anywhere in its period.
+    """
+    if not count:
+        return [problem.guess]
+    (low, high), guess = limits, problem.guess
+    bounded, above = np.isfinite(high), np.isfinite(low)
+    size = np.where(guess == 0.0, 1.0, np.abs(guess))
+    first = np.select([bounded, above], [low, size / 2], guess - size)
+    last = np.select([bounded, above], [high, 2 * size], guess + size)
+    for k, name in enumerate(problem.unknown):
+        if name == PHASE and not bounded[k]:
+            first[k], last[k] = 0.0, period_of(problem.system)
+    return [guess, *(first + sobol(len(first), count, seed) * (last - first))]

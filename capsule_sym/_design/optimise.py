@@ -20,10 +20,11 @@ from capsule_sym._design.quantities import (
     allowed,
     dimensionless,
     function_of,
-    limits_of,
+    limit_of,
     real,
 )
 from capsule_sym._design.search import Optimisation
+from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import checks
 from capsule_sym._native import Watch
@@ -125,7 +126,7 @@ def optimise(
     """
     program = program_of(metric, over, base, maximise, subject_to, margin, start, progress)
     check_survey(samples, seed)
-    search = Optimisation(program)
+    search = Optimisation(Survey(program))
     with Watch(checks.checked_seconds(max_seconds)):
         search.run(samples, seed)
     return search.result
@@ -143,15 +144,16 @@ def program_of(
 ) -> Program:
     """Optimisation problem of checked arguments; raises InvalidInput."""
     system = system_of(base)
-    _check_bounds(over, system)
+    if not over:
+        raise InvalidInput("over", over, "one parameter or more, each with its bounds")
+    for name, bounds in over.items():
+        check_parameter("over", name, system)
+        checks.checked_ends(f"bounds of {name}", bounds, allowed(system, name)[0])
     low, high = np.array([[float(end) for end in bounds] for bounds in over.values()]).T
     if margin is not None and not (real(margin) and 0 <= margin < 1):
         raise InvalidInput("margin", margin, "from 0 to below 1")
     if isinstance(subject_to, str):
         subject_to = (subject_to,)
-    state = tuple(start) if isinstance(start, Sequence | np.ndarray) else ()
-    if len(state) != 3 or not all(map(real, state)):
-        raise InvalidInput("start", start, "a state (x_r, v_r, v_c) of finite numbers")
     program = Program(
         system=system,
         names=tuple(over),
@@ -159,9 +161,9 @@ def program_of(
         high=high,
         function=function_of("metric", metric, system),
         sign=-1 if maximise else 1,
-        limits=limits_of(subject_to, system),
+        limits=tuple(limit_of(one, system) for one in subject_to),
         margin=margin,
-        start=(float(state[0]), float(state[1]), float(state[2])),
+        start=checked_start(start),
         progress=progress,
     )
     _check_ends(program)
@@ -171,6 +173,14 @@ def program_of(
 def system_of(base: System | None) -> System:
     """System to optimise, by default that of the case study."""
     return Parameters() if base is None else base
+
+
+def checked_start(start: Sequence[float]) -> tuple[float, float, float]:
+    """State as three floats; raises InvalidInput for any other."""
+    try:
+        return checks.checked_state(start)
+    except InvalidInput as error:
+        raise InvalidInput("start", start, error.allowed) from None
 
 
 def _check_ends(program: Program) -> None:
@@ -192,12 +202,3 @@ def check_survey(samples: int, seed: int) -> None:
     """Raises InvalidInput for counts that are not allowed."""
     checks.check_count("samples", samples, *SAMPLES)
     checks.check_count("seed", seed, *SEED)
-
-
-def _check_bounds(over: Mapping[str, Sequence[float]], system: System) -> None:
-    """Raises InvalidInput for variables and bounds that are not allowed."""
-    if not over:
-        raise InvalidInput("over", over, "one parameter or more, each with its bounds")
-    for name, bounds in over.items():
-        check_parameter("over", name, system)
-        checks.checked_ends(f"bounds of {name}", bounds, allowed(system, name)[0])

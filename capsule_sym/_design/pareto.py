@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from capsule_sym._design.counts import MAX_SECONDS, POINTS
-from capsule_sym._design.front import Front
-from capsule_sym._design.front_search import FrontSearch
+from capsule_sym._design.front_search import Front, FrontSearch
 from capsule_sym._design.optimise import check_survey, program_of
 from capsule_sym._design.quantities import Function, System, function_of
 from capsule_sym._map.checks import check_count, checked_seconds

@@ -9,16 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from capsule_sym._arrays import Matrix, Vector
+from capsule_sym._arrays import Matrix
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import CLOSE, Place, Program
-from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, stationary
+from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, local_search, stationary
 from capsule_sym._orbits.continuation import kinds
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
@@ -83,30 +81,22 @@ def bifurcation_of(motion: Motion) -> str:
 
 def _over_pieces(program: Program, place: Place, pieces: int) -> LocalOptimum | None:
     """Best place next to a place, over all pieces passed."""
-    found = None
+    found = _on_piece(program, place)
     for _ in range(pieces):
-        found = _on_piece(program, place)
         if found is None or not found.active_borders:
             return found
-        better, names, lost = None, [place.motion.itinerary], False
-        for way, side in _around(program, found):
-            lost = lost or side is None
-            names.append(side.motion.itinerary if side else ())
-            if side is None:
-                continue
-            if found.kkt_satisfied:
-                gain = -_slope(found, side, way)
-            else:
-                gain = found.place.objective - side.objective
-            if gain > SOLVED:
-                better = side
-                break
+        level = found.place.beyond, found.place.objective - SOLVED
+        sides = [*_around(program, found)]
+        others = (_on_piece(program, side) for side in sides if side)
+        better = next((one for one in others if one and one.place.rank < level), None)
         if better is None:
+            names = [found.place.motion.itinerary]
+            names += [side.motion.itinerary if side else () for side in sides]
             found = replace(_inset(found), border=tuple(dict.fromkeys(map(" ".join, names))))
-            if lost:
+            if None in sides:
                 found = replace(found, bifurcation=LOST, limit=found.place.objective)
             return found
-        place = better
+        found = better
     return found and replace(found, kkt_satisfied=False)
 
 
@@ -121,7 +111,7 @@ def _on_piece(program: Program, place: Place) -> LocalOptimum | None:
         return None
     best, found = first, stationary(piece, first)
     if found is None or not _as_good(found, best):
-        best = LocalSearch(piece, first, _EVALUATIONS).run()[0]
+        best = local_search(piece, first, _EVALUATIONS)[0]
         found = stationary(piece, best)
     if found is None or not _as_good(found, best):
         found = balanced(piece, best)
@@ -134,27 +124,18 @@ def _as_good(found: LocalOptimum, best: Place) -> bool:
     return best.beyond > 0 or found.place.objective <= best.objective + gained + SOLVED
 
 
-def _around(program: Program, found: LocalOptimum) -> Iterator[tuple[Vector, Place | None]]:
-    """Directions across the borders that hold a place, with places of the motion there.
-
-    The place is None if the motion is lost.
-    """
+def _around(program: Program, found: LocalOptimum) -> Iterator[Place | None]:
+    """Places across the borders that hold a place; None if the motion is lost there."""
     place, normals = found.place, _normals(found)
     far = CLOSE + place.slacks[found.active_borders[:3]].max()
     slope = 1 + abs(program.by_u(place.objective_by)).max()
     most = (_JUMP * CLOSE + 2 * far) * slope
     for inward in 1 - 2 * np.eye(len(normals)):  # beyond one border, within the others
-        way: Any = np.linalg.lstsq(normals, inward, rcond=SOLVED)[0]
+        way = np.linalg.lstsq(normals, inward, rcond=SOLVED)[0]
         if np.any(way):
-            way = way / np.linalg.norm(way)
-            side = program.beside(place, np.clip(place.u + far * way, 0.0, 1.0))
-            yield way, side if side and abs(side.objective - place.objective) <= most else None
-
-
-def _slope(found: LocalOptimum, side: Place, way: Vector) -> float:
-    """Objective's slope at a place on a side, less the gain that limits allow."""
-    by = side.objective_by - found.multipliers[: len(side.slacks)] @ side.slacks_by
-    return float(found.program.by_u(by) @ way)
+            u = np.clip(place.u + far * way / np.linalg.norm(way), 0.0, 1.0)
+            side = program.beside(place, u)
+            yield side if side and abs(side.objective - place.objective) <= most else None
 
 
 def _normals(found: LocalOptimum) -> Matrix:

@@ -5,14 +5,13 @@ The variables u are parameters of a system, each scaled by its bounds to [0, 1].
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.borders import multiplier_by
 from capsule_sym._design.evaluation import Motion, continue_motion, settle
 from capsule_sym._design.quantities import (
     Function,
@@ -24,6 +23,10 @@ from capsule_sym._design.quantities import (
     of,
     valued,
 )
+from capsule_sym._map.labelled import package
+from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._orbits.shooting.stability import monodromy_matrix
+from capsule_sym._orbits.shooting.taylor import monodromy_derivative
 from capsule_sym._parameters import names_of
 
 KEPT = 1e-7
@@ -97,16 +100,14 @@ class Program:
         if self.progress is not None:
             self.progress(doing)
 
+    def values_at(self, u: Matrix) -> Matrix:
+        """Variables (..., k) of scaled ones."""
+        return np.where(u == 1.0, self.high, self.low + u * (self.high - self.low))
+
     def system_at(self, u: Vector) -> System:
         """System at the scaled variables u."""
-        values = self.low + u * (self.high - self.low)
-        values = np.where(u == 1.0, self.high, values)
-        return self.system.replace(**dict(zip(self.names, values.tolist(), strict=True)))
-
-    def u_of(self, system: System) -> Vector:
-        """Scaled variables of a system."""
-        values = np.array([getattr(system, name) for name in self.names])
-        return np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0)
+        values = self.values_at(u).tolist()
+        return self.system.replace(**dict(zip(self.names, values, strict=True)))
 
     def by_u(self, rows: Matrix) -> Matrix:
         """Derivatives by the scaled variables, from those by all parameters, (..., k)."""
@@ -136,16 +137,22 @@ class Program:
 
     def at(self, u: Vector, motion: Motion) -> Place:
         """Objective and slacks of a motion at u; raises LinAlgError at a fold."""
-        found = of(motion.metrics, self.system_at(u))
-        rows = [valued("metric", self.function, found)]
-        rows += [limit.slack(found) for limit in self.limits]
+        stability = Slope(0.0, 0.0)
         if self.margin is not None:
-            slope = -self.by_all(u, multiplier_by(motion))
-            rows.append((1 - self.margin - motion.multiplier, slope))
-        units = np.append(self.sign * self.unit, self.sizes)
-        values = np.array([value for value, _ in rows]) / units
-        by = np.array([slope for _, slope in rows]) / units[:, None]
+            stability = Slope(motion.multiplier, self.by_all(u, multiplier_by(motion)))
+        rows = self.rows(of(motion.metrics, self.system_at(u)), stability)
+        units = np.append(self.unit, self.sizes)
+        values = np.array([one.value for one in rows]) / units
+        by = np.array([one.slope for one in rows]) / units[:, None]
         return Place(u, motion, float(values[0]), by[0], values[1:], by[1:])
+
+    def rows(self, every: Mapping[str, Slope], multiplier: Slope) -> list[Slope]:
+        """Objective and slacks of one motion or of n, by all of their metrics, without units."""
+        found = [valued("metric", self.function, every) * self.sign]
+        found += [limit.slack(every) for limit in self.limits]
+        if self.margin is not None:
+            found.append(1 - self.margin - multiplier)
+        return found
 
     @property
     def sizes(self) -> Vector:
@@ -160,3 +167,24 @@ class Program:
         if self.margin is not None:
             found.append(f"largest multiplier <= {1 - self.margin:g}")
         return tuple(found)
+
+
+def multiplier_by(motion: Motion) -> Vector:
+    """Derivatives (7,) of the largest modulus of a multiplier along the branch; 0 without an orbit.
+
+    A multiplier m with left and right eigenvectors w and v changes with the matrix M by
+    `w dM v / (w v)`.
+    """
+    orbit, count = motion.orbit, len(motion.parameters.scene.facts.PARAMETERS)
+    if orbit is None:
+        return np.zeros(count)
+    matrix = monodromy_matrix(orbit).astype(float)
+    values, left, right = package("scipy.linalg").eig(matrix, left=True, right=True)
+    largest = int(np.argmax(abs(values)))
+    w, v, modulus = left[:, largest].conj(), right[:, largest], abs(values[largest])
+    by = np.einsum("i,kij,j->k", w, monodromy_derivative(orbit, np.eye(count)), v) / (w @ v)
+    by = (by * values[largest].conj()).real / (modulus or 1.0)
+    if orbit.itinerary.mirrored:  # the matrix is that of half the motion
+        by = 2 * modulus * by
+    found: Vector = by[-count:] + by[:-count] @ orbit.by_parameter.astype(float)
+    return found

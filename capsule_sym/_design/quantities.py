@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from capsule_sym._arrays import Matrix, Vector
+from capsule_sym._arrays import Matrix
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.result import record as record
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
@@ -71,14 +71,25 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     In SI units if the system is a device. `metrics` are those of a motion of the system,
     dimensionless, with derivatives by its dimensionless parameters.
     """
-    found = _of_one(metrics, dimensionless(system))
-    own = varied(system.scene, values_of(system), names_of(system))
-    if isinstance(system, SceneDevice):
-        by = dimensionless_slopes(system)
-        for name, metric in found.items():
-            found[name] = Slope(metric.value, metric.slope @ by)
-            if not math.isinf(metric.value):
-                found[name] = found[name] * own.scale(name)
+    own, by = (
+        varied(system.scene, values_of(system), names_of(system)),
+        dimensionless_slopes(system),
+    )
+    found = {name: Slope(one.value, one.slope @ by) for name, one in metrics.items()}
+    return with_units(found, own, system)
+
+
+def with_units(metrics: Mapping[str, Slope], own: Any, system: System) -> dict[str, Slope]:
+    """All metrics and parameters of one motion or of n, in SI units if the system is a device.
+
+    `own` are its parameters with derivatives, as those of the dimensionless `metrics` are.
+    """
+    device = isinstance(system, SceneDevice)
+    with np.errstate(all="ignore"):
+        ratios = own.ratios() if device else vars(own)
+        found = with_derived(metrics, ratios, system.scene.facts.BOUNDS)
+        if device:
+            found = {name: one * own.scale(name) for name, one in found.items()}
     every: dict[str, Slope] = found | vars(own)
     return every
 
@@ -117,13 +128,6 @@ def _where(condition: Any, one: Slope, other: Slope) -> Slope:
     return Slope(value, np.where(condition, one.slope, other.slope))
 
 
-def _of_one(metrics: Mapping[str, Slope], p: SceneParameters) -> dict[str, Slope]:
-    """Metrics of one motion at parameters, as plain numbers."""
-    own = vars(varied(p.scene, p.to_dict(), p.scene.facts.PARAMETERS))
-    found = with_derived(metrics, own, p.scene.facts.BOUNDS)
-    return {name: Slope(float(one.value), one.slope) for name, one in found.items()}
-
-
 def metric_of(orbit: Orbit, name: str) -> float:
     """A dimensionless metric of an orbit; nan at a fold, where `performance` has no gradient."""
     try:
@@ -132,7 +136,7 @@ def metric_of(orbit: Orbit, name: str) -> float:
         return math.nan
     none = np.zeros(len(orbit.scene.facts.PARAMETERS))
     plain = {one: Slope(float(getattr(found, one).value), none) for one in shown(orbit.scene)}
-    every = _of_one(plain, orbit.parameters)
+    every = of(plain, orbit.parameters)
     check_one_of("quantity", name, every, " in this scene")
     return float(every[name].value)
 
@@ -146,10 +150,9 @@ class Limit(NamedTuple):
     sign: int
     """1 for "at least", -1 for "at most"."""
 
-    def slack(self, found: Mapping[str, Slope]) -> tuple[float, Vector]:
-        """Distance to the limit, with derivatives; negative beyond it."""
-        value, slope = valued("subject_to", self.function, found, self.text)
-        return (value - self.value) * self.sign, slope * self.sign
+    def slack(self, found: Mapping[str, Slope]) -> Slope:
+        """Distance to the limit; negative beyond it."""
+        return (valued("subject_to", self.function, found, self.text) - self.value) * self.sign
 
 
 def function_of(field: str, metric: str | Function, system: System) -> Function:
@@ -167,12 +170,8 @@ def function_of(field: str, metric: str | Function, system: System) -> Function:
     return function
 
 
-def limits_of(constraints: Sequence[object], system: System) -> tuple[Limit, ...]:
-    """Constraints from texts such as "peak_force <= 2", or from (function, "<=", value)."""
-    return tuple(_limit(one, system) for one in constraints)
-
-
-def _limit(one: object, system: System) -> Limit:
+def limit_of(one: object, system: System) -> Limit:
+    """Constraint from a text such as "peak_force <= 2", or from (function, "<=", value)."""
     allowed = 'a text such as "peak_force <= 2", or (function, "<=" or ">=", number)'
     given, text = one, one if isinstance(one, str) else ""
     if text:
@@ -195,10 +194,8 @@ def named(function: object) -> str:
     return str(getattr(function, "__name__", "function"))
 
 
-def valued(
-    field: str, function: Function, metrics: Mapping[str, Slope], text: str = ""
-) -> tuple[Any, Any]:
-    """Value and derivatives of a function of the metrics; nan where it is not finite.
+def valued(field: str, function: Function, metrics: Mapping[str, Slope], text: str = "") -> Slope:
+    """A function of the metrics, with derivatives; nan where it is not finite.
 
     The metrics are those of one motion, or of n with values (n,). Raises InvalidInput for a
     function that returns anything but arithmetic of the metrics.
@@ -215,4 +212,4 @@ def valued(
         # A plain number has no derivative, and would count as a constant.
         raise InvalidInput(field, name, f"{allowed}, not {type(found).__name__}")
     real = not np.iscomplexobj(found.value) and np.isfinite(found.value)
-    return np.where(real, found.value, math.nan).real, found.slope
+    return Slope(np.where(real, found.value, math.nan).real, found.slope)

@@ -14,7 +14,6 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.cells import evaluate
-from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.optimum import Optimum, failed_limits, optimum_of
 from capsule_sym._design.polish import (
     BASIN,
@@ -26,7 +25,7 @@ from capsule_sym._design.polish import (
     with_limit,
 )
 from capsule_sym._design.program import KEPT, Place, Program
-from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced
+from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, local_search
 from capsule_sym._design.survey import MEMBERS, Survey, evolved
 from capsule_sym._errors import Status
 from capsule_sym._map.result import record
@@ -45,8 +44,8 @@ _UNSATISFIED = "no place within the bounds was found to satisfy "
 class Optimisation:
     """One optimisation, from its survey to its result; a surrounding watch limits its time."""
 
-    def __init__(self, program: Program) -> None:
-        self.survey = Survey(program)
+    def __init__(self, survey: Survey) -> None:
+        self.survey = survey
         self.evaluations, self.followed, self.samples = 0, 0, 0
         self.best: Place | None = None
         """Best place that the start leads to."""
@@ -67,19 +66,28 @@ class Optimisation:
             found = replace(found, message=found.message + unknown)
         return replace(found, statistics=record(self, "evaluations followed samples"))
 
+    @property
+    def optimum(self) -> LocalOptimum:
+        """Best optimum."""
+        return min(self.optima, key=lambda one: one.place.objective)
+
     def run(self, samples: int, seed: int, starts: int = _STARTS) -> None:
         """Survey, search from the best places, and polish the best of what the start leads to."""
         self.samples = samples
         self.survey.run(samples, seed)
         check_time()
         if self.survey.flat:
-            self.found = self.empty(Status.FLAT, self.survey.flat)
+            self.found = self.ended(Status.FLAT, self.survey.flat)
             return
         self.survey.evolve(_GENERATIONS)
-        begin = map(self.program.begin, self.survey.starts(starts))
-        places = sorted(filter(None, map(self.descend, begin)), key=lambda place: place.rank)
+        places = self.descents(starts)
         self.polish(places)
         self.found = self.conclude(places)
+
+    def descents(self, starts: int) -> list[Place]:
+        """Best places of searches from so many starts, the best first."""
+        begin = map(self.program.begin, self.survey.starts(starts))
+        return sorted(filter(None, map(self.descend, begin)), key=lambda place: place.rank)
 
     def descend(self, first: Place | None) -> Place | None:
         """Best place that the start leads to on the way of a search from one."""
@@ -95,9 +103,8 @@ class Optimisation:
 
     def search(self, first: Place) -> list[Place]:
         """Places on the way of a search that follows the motion, the best first."""
-        search = LocalSearch(self.program, first)
-        places = search.run()
-        self.evaluations += search.evaluations
+        places = local_search(self.program, first)
+        self.evaluations += len(places)
         return places
 
     def polish(self, places: Sequence[Place]) -> None:
@@ -160,45 +167,33 @@ class Optimisation:
 
     def conclude(self, places: Sequence[Place]) -> Optimum:
         """Best optimum, or why there is none, by the best places."""
-        if not places:
-            return self.nowhere()
-        if not self.optima:
-            message = _UNSATISFIED + failed_limits(self.program, places[0])
-            return replace(self.rough(places[0]), status=Status.INFEASIBLE, message=message)
-        return optimum_of(min(self.optima, key=lambda one: one.place.objective))
-
-    def nowhere(self) -> Optimum:
-        """Result if the start leads to no motion, or to none on which all limits are defined."""
-        numbers = self.survey.cells.numbers
+        program, numbers = self.program, self.survey.cells.numbers
+        if self.optima:
+            return optimum_of(self.optimum)
+        if places:
+            message = _UNSATISFIED + failed_limits(program, places[0])
+            return self.ended(Status.INFEASIBLE, message, places[0])
         if (numbers < 0).all():
-            return self.empty(Status.TIME_LIMIT, "no place is known")
+            return self.ended(Status.TIME_LIMIT, "no place is known")
         if not np.any(numbers > 0):
-            return self.empty(Status.NO_MOTION, "the start leads to no periodic motion")
-        return self.empty(Status.INFEASIBLE, _UNSATISFIED + " and ".join(self.program.texts))
+            return self.ended(Status.NO_MOTION, "the start leads to no periodic motion")
+        return self.ended(Status.INFEASIBLE, _UNSATISFIED + " and ".join(program.texts))
 
     def unfinished(self) -> Optimum:
         """Result at the time limit: the best place that was found."""
-        program, cells = self.program, self.survey.cells
+        cells, place = self.survey.cells, self.best
+        merit = cells.merit(self.program)
+        if place is None and np.isfinite(merit).any():
+            place = self.program.begin(cells.u[merit.argmin()])
+        if place is None:
+            return self.ended(Status.TIME_LIMIT, "time limit reached, and no place was found")
         message = "time limit reached: this is the best place so far"
-        if self.best is not None:
-            return replace(self.rough(self.best), status=Status.TIME_LIMIT, message=message)
-        merit = cells.merit(program)
-        if not np.isfinite(merit).any():
-            return self.empty(Status.TIME_LIMIT, "time limit reached, and no place was found")
-        i = int(merit.argmin())
-        system = program.system_at(cells.u[i])
-        over = {name: float(getattr(system, name)) for name in program.names}
-        value = program.sign * float(cells.objective[i])
-        found = self.empty(Status.TIME_LIMIT, message)
-        return replace(found, system=system, over=over, value=value)
+        return self.ended(Status.TIME_LIMIT, message, place)
 
-    def empty(self, status: Status, message: str) -> Optimum:
-        """Result without a place."""
+    def ended(self, status: Status, message: str, place: Place | None = None) -> Optimum:
+        """Result that is no optimum, with a place if there is one."""
         program = self.program
-        return Optimum(
-            program.name, program.sign < 0, program.system, status=status, message=message
-        )
-
-    def rough(self, place: Place) -> Optimum:
-        """Result of a place that is no optimum."""
-        return optimum_of(replace(balanced(self.program, place), kkt_satisfied=False))
+        found = Optimum(program.name, program.sign < 0, program.system)
+        if place is not None:
+            found = optimum_of(replace(balanced(program, place), kkt_satisfied=False))
+        return replace(found, status=status, message=message)

@@ -16,11 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._arguments import checked
 from capsule_sym._errors import check_one_of, counted
 from capsule_sym._map import Trajectory, evaluation
-from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
+from capsule_sym._map.native import core
 from capsule_sym._map.result import brief
-from capsule_sym._map.segments import Records
-from capsule_sym._native import check_time, core_of, present
+from capsule_sym._native import check_time, present
 from capsule_sym._orbits.shooting.closed import ClosedForms, guard_by
 from capsule_sym._orbits.shooting.equations import BY_TIME, total
 from capsule_sym._orbits.shooting.itinerary import contact, drift, guard_between
@@ -107,7 +106,7 @@ def sensitivities(run: Trajectory, t: ArrayLike) -> Sensitivities:
     Raises
     ------
     InvalidInput
-        For times outside the run, and if segments were not kept.
+        For times outside the run, if segments were not kept, and without a C core.
 
     Notes
     -----
@@ -141,55 +140,18 @@ def sensitivities(run: Trajectory, t: ArrayLike) -> Sensitivities:
     found = np.full((len(times), len(STATE), len(names) + 1), np.nan)
     if not len(records):
         found[:] = np.diag([1, 1, 1, 0]) @ np.eye(len(STATE), len(names) + 1)
-    elif core_of(scene) is not None:
+    else:
+        core(scene)
         native = evaluation.borrowed(run.parameters)
         native.differentiate(records, times[order], switches, found, present())
         evaluation.give_back(run.parameters, native)
         check_time()
-    else:
-        differentiated(run, records, times[order], switches, found)
     slopes = np.empty_like(found)
     slopes[order] = found
     omega = run.parameters.omega
     ends = records["end_period"] * run.parameters.period + records["end_angle"] / omega
     states, by, rates = run(times, position=True), slopes[..., :-1], slopes[..., -1]
     return Sensitivities(times, states, by, rates, ends[:-1], switches, scene)
-
-
-def differentiated(
-    run: Trajectory,
-    records: Records,
-    times: NDArray[np.float64],
-    switches: NDArray[np.float64],
-    slopes: NDArray[np.float64],
-) -> None:
-    """The same in Python, as a reference and without a core; times ascend."""
-    p = run.parameters
-    with backend("numpy", p.scene) as numbers:
-        forms = ClosedForms(numbers, tuple(p.to_dict().values()))
-        names = columns_of(p.scene)
-        # Derivatives of the state and of the time at which a segment starts.
-        state, time = np.eye(len(STATE), len(names)), np.zeros(len(names))
-        state[_X_C, _PHASE] = 0.0
-        begins = records["start_period"] * p.period + records["start_angle"] / p.omega
-        of = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
-        for i, record in enumerate(records):
-            check_time()
-            angle = p.omega * time
-            angle[_PHASE] += p.omega
-            angle[names.index("omega")] += begins[i]
-            for k in np.flatnonzero(of == i):
-                by, rate = derivatives(forms, record, state, angle, times[k] - begins[i])
-                slopes[k, :, :-1], slopes[k, :, -1] = by - np.outer(rate, time), rate
-            if i + 1 == len(records):
-                break
-            by, rate = derivatives(forms, record, state, angle, record["duration"])
-            angle[names.index("omega")] += record["duration"]
-            later = duration_by(forms, record, int(records[i + 1]["field"]), by, rate, angle)
-            state, time = by + np.outer(rate, later), time + later
-            if not drift(int(records[i + 1]["field"]), p.scene):
-                state[STATE.index("v_c")] = 0.0
-            switches[i] = time
 
 
 def derivatives(

@@ -1,4 +1,4 @@
-"""Karush-Kuhn-Tucker conditions of an optimum, solved with a set of active constraints.
+"""Local search by SQP, and Karush-Kuhn-Tucker conditions with a set of active constraints.
 
 The slacks are smooth along the orbits of one itinerary, admissible or not; borders between
 itineraries are slacks like any other. The unknowns of the equations are the variables at no bound
@@ -18,6 +18,7 @@ from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import CLOSE, Place, Program
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import package
+from capsule_sym._native import TimeUp, check_time
 
 SOLVED = 1e-9
 """Largest residual of an optimum, and size below which a multiplier has no sign; a share of the
@@ -26,6 +27,12 @@ _ACTIVE = CLOSE, 1e-2  # slacks, in their units, below which constraints may be 
 _ENOUGH = 1e-12  # residual that rounding leaves
 _STEPS = 10  # steps of Newton's method, which doubles the digits: five suffice, or it diverges
 _DIFFERENCE = 1e-5  # share of the range: square root of the rounding of gradients, for differences
+
+MOST = 100
+"""Evaluations of a search, as SciPy's iterations: beside a border a line search has no end."""
+_PRECISE = 1e-11  # units of the objective: accuracy required of SLSQP
+_LOST = 10.0  # units of the objective: above the start by more than all variation, without a motion
+_MAX_LOST = 25  # places without a motion: beside a bifurcation each line search meets some
 
 Mask = NDArray[np.bool_]
 
@@ -74,15 +81,12 @@ class LocalOptimum:
 
 def stationary(model: Piece, place: Place) -> LocalOptimum | None:
     """Minimum next to a place, by the set of slacks that are active near to it; None if none."""
-    tried = list[list[bool]]()
-    for near in _ACTIVE:
-        active = balanced(model, place, near).multipliers > SOLVED
-        if active.tolist() not in tried:
-            tried.append(active.tolist())
-            with suppress(np.linalg.LinAlgError):  # where an orbit is lost
-                found = _solved(model, place, active)
-                if found.kkt_satisfied:
-                    return found
+    balances = (balanced(model, place, near).multipliers > SOLVED for near in _ACTIVE)
+    for active in dict.fromkeys(tuple(each.tolist()) for each in balances):
+        with suppress(np.linalg.LinAlgError):  # where an orbit is lost
+            found = _solved(model, place, np.array(active, bool))
+            if found.kkt_satisfied:
+                return found
     return None
 
 
@@ -167,3 +171,43 @@ def _with(model: Program | Piece, place: Place, multipliers: Vector, sides: Vect
     least = min(multipliers.min(initial=0.0), bounds.min())
     minimal = residual < SOLVED and least > -SOLVED and bool(np.all(abs(place.u - 0.5) <= 0.5))
     return LocalOptimum(model, place, multipliers, bounds, float(residual), bool(minimal))
+
+
+class _Enough(Exception):
+    """Raised if a search makes no further progress."""
+
+
+def local_search(model: Program | Piece, first: Place, most: int = MOST) -> list[Place]:
+    """Places that SciPy's SLSQP passes from a place, of a program or on a piece, the best first.
+
+    At most so many; at the time limit those passed so far. Metrics are continuous across changes of
+    itinerary: where their gradients jump the method stops beside the border.
+    """
+    none, no_slack = 0 * first.objective_by, np.full(len(first.slacks), -_LOST)
+    lost = Place(first.u, first.motion, first.objective + _LOST, none, no_slack, first.slacks_by)
+    known = {first.u.tobytes(): first}
+
+    def at(x: Vector) -> Place:
+        """Place at variables, its motion continued from the nearest known place."""
+        u = np.clip(x, 0.0, 1.0)
+        if (key := u.tobytes()) not in known:
+            check_time()
+            passed = [one for one in known.values() if one is not lost]
+            if len(known) == most or len(known) - len(passed) == _MAX_LOST:
+                raise _Enough
+            near = min(passed, key=lambda one: float(abs(one.u - u).max()))
+            known[key] = model.beside(near, u) or lost
+        return known[key]
+
+    held = {"fun": lambda x: at(x).slacks, "jac": lambda x: model.by_u(at(x).slacks_by)}
+    with np.errstate(all="ignore"), suppress(_Enough, TimeUp):
+        package("scipy.optimize").minimize(
+            lambda x: (at(x).objective, model.by_u(at(x).objective_by)),
+            first.u,
+            jac=True,
+            method="SLSQP",
+            bounds=[(0.0, 1.0)] * len(first.u),
+            constraints=[{"type": "ineq", **held}] if len(no_slack) else (),
+            options={"ftol": _PRECISE},
+        )
+    return sorted((one for one in known.values() if one is not lost), key=lambda one: one.rank)

@@ -2,6 +2,11 @@
 
 The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) begins with the best
 of them. All places are kept: searches start at the best ones that are distant from each other.
+
+A front has one survey of both metrics. The places that no other betters in both have children. A
+child differs from one of them, drawn evenly along the approximate front, by a share of the
+difference to another one. The same places, with a bound on the second metric, show where a point of
+the front is searched.
 """
 
 from __future__ import annotations
@@ -12,14 +17,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.cells import Grid, evaluate, together
+from capsule_sym._design.cells import Cells, evaluate, together
 from capsule_sym._design.program import KEPT, Program
+from capsule_sym._design.quantities import Function, Limit, named
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.labelled import package
 from capsule_sym._native import Watch, check_time, present
-from capsule_sym._parameters import SceneParameters
 from capsule_sym._processes import sobol
 
 MEMBERS = 6
@@ -110,36 +116,95 @@ class Survey:
                 allowed = "a function that is finite somewhere within the bounds"
                 raise InvalidInput("metric", self.program.name, allowed)
             return
-        units = []
-        for limit, slacks in zip(
-            self.program.limits, abs(self.cells.slacks[moving].T), strict=False
-        ):
-            largest = slacks[np.isfinite(slacks)].max(initial=0.0)
-            units.append(abs(limit.value) or float(largest) or 1.0)
+        slacks = abs(self.cells.slacks[moving])
+        largest = np.where(np.isfinite(slacks), slacks, 0.0).max(axis=0).tolist()
+        limits = zip(self.program.limits, largest, strict=False)
+        units = tuple(abs(limit.value) or most or 1.0 for limit, most in limits)
         unit = float(np.subtract(*np.quantile(finite, (0.75, 0.25)))) or float(np.ptp(finite))
         # A power of two: a value over it, and times it again, is the same value.
         unit = 2.0 ** round(math.log2(unit or abs(finite[0]) or 1.0))
-        self.program = replace(self.program, unit=unit, limit_units=tuple(units))
+        self.program = replace(self.program, unit=unit, limit_units=units)
 
     def _flat(self) -> str:
         """Reason why the metric is constant; else empty."""
-        program, scene = self.program, self.program.system.scene
         cells = self.cells.of(~np.isnan(self.cells.objective))
-        moving, found = cells.objective, np.unique(cells.objective)
-        if len(found) != 1 or (len(moving) == 1 and 0 < abs(found[0]) < np.inf):
+        found, count = np.unique(cells.objective), len(cells)
+        if len(found) != 1 or not np.isfinite(found[0]) or (count == 1 and found[0]):
             return ""
-        value = f"is {abs(found[0]):g}" if np.isfinite(found[0]) else "has no number"
-        said = f"{program.name} {value} at each of {counted(len(moving), 'surveyed place')}"
-        if cells.peaks.max() > 0 or not scene.facts.SYMMETRIC:
-            # In contact, or by a bias, a capsule may drift.
-            same = len(moving) > 1 and np.isfinite(found[0]) and cells.beyond(program).min() <= KEPT
-            return f"{said}, and nothing changes it" if same else ""
-        device = not isinstance(program.system, SceneParameters)
-        names = {tied: name for name, (tied, _) in scene.facts.DRIVEN.items()} if device else {}
-        gaps, springs = zip(*scene.facts.STOPS, strict=True)
-        rows = Grid(program, cells.u).rows
-        if not rows[:, [scene.facts.PARAMETERS.index(one) for one in springs]].any():
-            stiffer = " or ".join(names.get(one, one) for one in springs)
-            return f"{said}: the spring has no stiffness: raise {stiffer}"
-        lower, force = " or ".join(names.get(one, one) for one in gaps), names.get("alpha", "alpha")
-        return f"{said}: the mass does not reach the spring: lower {lower} or raise {force}"
+        if cells.beyond(self.program).min() > KEPT:
+            return ""
+        places = counted(count, "surveyed place")
+        return f"{self.program.name} is {abs(found[0]):g} at each of {places}"
+
+
+_GENERATIONS, _CHILDREN = 24, 256  # of an evolution, and of a generation
+_STEPS = -4.0, -0.5  # powers of ten: steps of a child, of a difference of places or of the range
+_DRAWN = 0.5  # share of the places, at random, whose front has children: it differs each time
+
+
+class FrontSurvey(Survey):
+    """Places whose last limit is that the second metric is at most 0."""
+
+    def __init__(self, first: Program, cost: Function, cost_range: float, seed: int) -> None:
+        """`cost_range` is the unit of the second metric."""
+        self.count, self.draw = len(first.limits), np.random.default_rng(seed)
+        limits = (*first.limits, Limit(named(cost), cost, 0.0, -1))
+        units = (*first.limit_units, cost_range)
+        super().__init__(replace(first, limits=limits, limit_units=units))
+
+    def both(self, cells: Cells) -> Matrix:
+        """Both metrics (n, 2) of places, to be minimised; infinite beyond limits."""
+        both = np.column_stack([cells.objective, -cells.slacks[:, self.count]])
+        beyond = (np.delete(cells.slacks, self.count, axis=1) < 0).any(axis=1)
+        both[beyond | ~np.isfinite(both).all(axis=1)] = np.inf
+        return both
+
+    def values(self, u: Matrix) -> Matrix:
+        """Both metrics (n, 2) of other places."""
+        return self.both(evaluate(self.program, u))
+
+    def bounded(self, bound: float) -> Survey:
+        """Survey of the first metric, with the second one at most at a bound."""
+        program = self.program
+        *limits, cost = program.limits
+        cost = cost._replace(value=bound, text=f"{cost.text} <= {bound:.6g}")
+        found = Survey(replace(program, progress=None, limits=(*limits, cost)))
+        slacks = self.cells.slacks + bound * (np.arange(len(program.sizes)) == self.count)
+        found.cells = replace(self.cells, slacks=slacks)
+        return found
+
+    def evolve(self, generations: int = _GENERATIONS) -> None:
+        """Evaluate children of the best trade-offs, generation by generation."""
+        for _ in range(generations if len(self.front) else 0):
+            one, two = self._parents(), self._parents()
+            step = 10 ** self.draw.uniform(*_STEPS, one.shape) * self.draw.normal(size=one.shape)
+            alone = self.draw.uniform(size=one.shape) < 1 / one.shape[1]
+            self.look(np.clip(one + step * np.where(alone, 1.0, two - one), 0.0, 1.0))
+
+    @property
+    def front(self) -> Matrix:
+        """Both metrics (n, 2) of the places that no other betters."""
+        both = self.both(self.cells)
+        return both[trade_offs(both)]
+
+    def _parents(self) -> Matrix:
+        """Places (count, k) drawn evenly along the front of some of the places."""
+        both = self.both(self.cells)
+        some = self.draw.permutation(np.flatnonzero(np.isfinite(both[:, 0])))
+        some = some[: max(1, int(_DRAWN * len(some)))]
+        front = some[trade_offs(both[some])]
+        both = both[front]
+        steps = abs(np.diff(both, axis=0)) / (np.ptp(both, axis=0) + (np.ptp(both, axis=0) == 0))
+        length = np.append(0.0, np.cumsum(steps.sum(axis=1)))
+        at = self.draw.uniform(0.0, length[-1], size=_CHILDREN)
+        nearest = np.round(np.interp(at, length, np.arange(len(front)))).astype(int)
+        found: Matrix = self.cells.u[front[nearest]]
+        return found
+
+
+def trade_offs(both: Matrix) -> NDArray[np.intp]:
+    """Those of places with both metrics (n, 2) that no other betters, by their second metric."""
+    order = np.lexsort(both.T)
+    before = np.minimum.accumulate(np.append(np.inf, both[order, 0]))[:-1]
+    found: NDArray[np.intp] = order[both[order, 0] < before]
+    return found

@@ -7,20 +7,19 @@ by SciPy. The motion of a sample is the one on which the start settles there.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix
 from capsule_sym._attractors.attractor import interval
 from capsule_sym._design.cells import Grid
 from capsule_sym._design.counts import SEED
-from capsule_sym._design.optimise import program_of, system_of
-from capsule_sym._design.program import Program
+from capsule_sym._design.evaluation import settle_many
+from capsule_sym._design.optimise import checked_start, system_of
 from capsule_sym._design.quantities import (
     Function,
     System,
@@ -28,9 +27,9 @@ from capsule_sym._design.quantities import (
     function_of,
     named,
     real,
+    valued,
 )
-from capsule_sym._design.settled import Settled, joined, settle_many
-from capsule_sym._design.variance import MetricSpread, spreads
+from capsule_sym._design.variance import MetricSpread, spread
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_ends, checked_seconds
 from capsule_sym._map.labelled import Labelled, package
@@ -40,7 +39,6 @@ from capsule_sym._processes import sobol
 from capsule_sym._systems import check_parameter
 
 _BLOCK = 4096  # runs between two tests of the time limit, of some 10 microseconds a period
-_SHOWN = 5  # itineraries that are listed, the most frequent ones
 
 
 class Probability(NamedTuple):
@@ -84,13 +82,11 @@ class Tolerances(Result, Labelled):
     """Probability that the start leads to a periodic motion: `value`, `low`, `high` (95 %)."""
     changed: Probability = _NONE
     """Probability of another itinerary or period number than the nominal one."""
-    itineraries: tuple[tuple[str, float], ...] = ()
-    """Most frequent itineraries, with their shares of the samples."""
     status: Status = Status.TIME_LIMIT
     """Status of the sampling."""
     message: str = "time limit reached"
     """Status as a sentence."""
-    _recorded = "names samples itinerary periodic changed itineraries metrics"
+    _recorded = "names samples itinerary periodic changed metrics"
 
     def __repr__(self) -> str:
         told = ", ".join(
@@ -185,24 +181,25 @@ def tolerances(
     if not isinstance(given, Sequence) or not given:
         raise InvalidInput("metrics", metrics, "a metric or several")
     functions = [function_of("metrics", one, system) for one in given]
-    spread = _distributions(over, system)
+    chosen = _distributions(over, system)
     check_count("samples", samples, 64, 2**20)
     if samples & (samples - 1):
         raise InvalidInput("samples", samples, "a power of two")
     check_count("seed", seed, *SEED)
     # The two halves of the columns are two samples, which the indices combine.
-    cubes = sobol(2 * len(spread), samples, seed).clip(2.0**-53, 1 - 2.0**-53)
+    cubes = sobol(2 * len(chosen), samples, seed).clip(2.0**-53, 1 - 2.0**-53)
     one, other = (
-        np.stack([by.ppf(part) for by, part in zip(spread.values(), half.T, strict=True)], axis=1)
+        np.stack([by.ppf(part) for by, part in zip(chosen.values(), half.T, strict=True)], axis=1)
         for half in np.split(cubes, 2, axis=1)
     )
-    nominal = [float(getattr(system, name)) for name in spread]
-    mixed = [np.where(np.arange(len(spread)) == k, other, one) for k in range(len(spread))]
+    nominal = [float(getattr(system, name)) for name in chosen]
+    mixed = [np.where(np.arange(len(chosen)) == k, other, one) for k in range(len(chosen))]
     every = np.vstack([nominal, one, other, *mixed])
-    program = _program(functions[0], system, tuple(spread), every, start, progress)
-    found = Tolerances(system, program.names, every[:0], np.empty((0, len(functions))))
+    for name, values in zip(chosen, every.T.tolist(), strict=True):
+        checked_ends(f"tolerance of {name}", (min(values), max(values)), *allowed(system, name))
+    found = Tolerances(system, tuple(chosen), every[:0], np.empty((0, len(functions))))
     with Watch(checked_seconds(max_seconds)):
-        found = _sampled(program, functions, every, samples)
+        found = _sampled(found, functions, every, samples, checked_start(start), progress)
     return found
 
 
@@ -226,66 +223,49 @@ def _distributions(over: Mapping[str, Any], system: System) -> dict[str, Any]:
     return found
 
 
-def _program(
-    function: Function,
-    system: System,
-    names: tuple[str, ...],
-    values: Matrix,
-    start: Sequence[float],
+def _sampled(
+    empty: Tolerances,
+    functions: Sequence[Function],
+    every: Matrix,
+    n: int,
+    state: tuple[float, float, float],
     progress: Callable[[str], object] | None,
-) -> Program:
-    """Problem whose bounds are the ranges of the samples; raises InvalidInput."""
-    ends = np.stack([values.min(axis=0), values.max(axis=0)], axis=1)
-    over = dict(zip(names, ends.tolist(), strict=True))
-    for name, pair in over.items():
-        checked_ends(f"tolerance of {name}", pair, *allowed(system, name))
-    return program_of(function, over, system, False, (), None, start, progress)
-
-
-def _sampled(program: Program, functions: Sequence[Function], every: Matrix, n: int) -> Tolerances:
+) -> Tolerances:
     """Result of the samples: the nominal values, both samples (n, k), and their combinations."""
-    grid = Grid(program, (every - program.low) / (program.high - program.low))
-    state, parts = program.start, list[Settled]()
-    for first in range(0, grid.count, _BLOCK):
-        program.tell(f"{first:,} of {counted(grid.count, 'run')}")
-        rows = grid.rows[first : first + _BLOCK]
-        parts.append(settle_many(rows, state, scene=grid.scene))
+    system, parts, branches = empty.system, list[Matrix](), list[tuple[int, ...]]()
+    for first in range(0, len(every), _BLOCK):
+        if progress is not None:
+            progress(f"{first:,} of {counted(len(every), 'run')}")
+        grid = Grid(system, empty.names, every[first : first + _BLOCK])
+        motions = settle_many(grid.rows, state, scene=system.scene)
         check_time()
-        if parts[0].period_numbers[0] <= 0:
+        count, known = len(grid.rows), grid.metrics(motions.found)
+        branches += map(motions.branch, range(count))
+        if not branches[0]:
             told = "a state that leads to a periodic motion at the nominal parameters"
             raise InvalidInput("start", state, told)
-    motions = joined(parts)
-    periodic = motions.period_numbers > 0
-    known = grid.metrics(motions.found)
-    metrics = np.stack([grid.valued(function, known) for function in functions], axis=1)
-    metrics[~(periodic[:, None] & np.isfinite(metrics))] = np.nan
-    own, *others = (motions.branch(i) if periodic[i] else () for i in range(n + 1))
-    values = metrics[1:].reshape(-1, n, len(functions))
-    common = Counter(map(_shown, others)).most_common(_SHOWN)
-    return Tolerances(
-        system=program.system,
-        names=program.names,
-        metrics=spreads([named(one) for one in functions], metrics[0], values),
+        values = [valued("metrics", one, known).value for one in functions]
+        parts.append(np.array([np.broadcast_to(one, count) for one in values]))
+    metrics = np.concatenate(parts, axis=1)
+    metrics[:, [not branch for branch in branches]] = np.nan
+    own, *others = branches[: n + 1]
+    return replace(
+        empty,
+        metrics=tuple(
+            spread(named(function), float(values[0]), values[1:].reshape(-1, n))
+            for function, values in zip(functions, metrics, strict=True)
+        ),
         samples=n,
         itinerary=tuple(f"F{field}" for field in own[1:]),
-        periodic=_probability(periodic[1 : n + 1]),
+        periodic=_probability(others),
         changed=_probability([each != own for each in others]),
-        itineraries=tuple((text, count / n) for text, count in common),
         parameters=every[1 : n + 1],
-        values=values[0],
+        values=metrics[:, 1 : n + 1].T,
         status=Status.FINISHED,
         message=counted(n, "sample"),
     )
 
 
-def _shown(branch: tuple[int, ...]) -> str:
-    """Text of a period number and fields."""
-    if not branch:
-        return "no periodic motion"
-    fields = " ".join(f"F{field}" for field in branch[1:])
-    return fields if branch[0] == 1 else f"{fields}, {counted(branch[0], 'period')}"
-
-
-def _probability(chosen: ArrayLike) -> Probability:
-    count, total = int(np.count_nonzero(chosen)), int(np.size(chosen))
+def _probability(chosen: Sequence[object]) -> Probability:
+    count, total = sum(map(bool, chosen)), len(chosen)
     return Probability(count / total, *interval(count, total))

@@ -6,11 +6,9 @@ The indices are SciPy's, by Saltelli's estimators of 2010.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._map.labelled import package
@@ -43,18 +41,11 @@ class MetricSpread(NamedTuple):
         return by_fields(self)
 
 
-def spreads(
-    names: Sequence[str], nominal: Vector, values: NDArray[np.float64]
-) -> tuple[MetricSpread, ...]:
-    """Spread of each metric, from two samples (n, metrics) and their combinations.
+def spread(name: str, nominal: float, values: Matrix) -> MetricSpread:
+    """Spread of one metric, from two samples (n,) and their combinations, (2 + k, n).
 
     `values` are both samples, and for each parameter the first with that parameter of the second.
     """
-    return tuple(_spread(name, float(nominal[j]), values[:, :, j]) for j, name in enumerate(names))
-
-
-def _spread(name: str, nominal: float, values: Matrix) -> MetricSpread:
-    """Spread of one metric, from its values (2 + k, n)."""
     known = values[0][np.isfinite(values[0])]
     mean, deviation, quantiles = math.nan, math.nan, tuple[float, ...]()
     if len(known):

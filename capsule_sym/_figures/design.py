@@ -15,8 +15,8 @@ from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, bulk, d
 from capsule_sym._parameters import SceneDevice
 
 if TYPE_CHECKING:
-    from capsule_sym._design.fit_result import Fit
-    from capsule_sym._design.front import Front
+    from capsule_sym._design.fit import Fit
+    from capsule_sym._design.front_search import Front
 
 
 def metric_label(name: str, system: Any) -> str:

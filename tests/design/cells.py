@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from capsule_sym import Parameters
-from capsule_sym._design.settled import settle_many
+from capsule_sym._design.evaluation import settle_many
 from capsule_sym._orbits.metrics.many import METRICS
 
 

@@ -87,25 +87,14 @@ def test_fit_finds_the_parameters_of_a_file(call, tmp_path) -> None:
     assert "values           alpha 0.8" in out
 
 
-@pytest.mark.parametrize(
-    ("changed", "why"),
-    [
-        ({"G": 5.0}, "the mass does not reach the spring: lower G or raise P_d"),
-        pytest.param(
-            {"G": 5.0, "c": 0.0},
-            "the mass does not reach the spring: lower G or raise P_d",
-            marks=pytest.mark.long,
-        ),
-        ({"k2": 0.0}, "the spring has no stiffness: raise k2"),
-    ],
-)
-def test_a_device_that_cannot_drift_says_why(changed, why, call, tmp_path) -> None:
+@pytest.mark.parametrize("changed", [{"G": 5.0}, {"G": 5.0, "c": 0.0}, {"k2": 0.0}])
+def test_a_device_that_cannot_drift_says_so(changed, call, tmp_path) -> None:
     lines = [line for line in DEVICE.splitlines() if line.split()[0] not in changed]
     lines += [f"{name} = {value}" for name, value in changed.items()]
     (tmp_path / "device.toml").write_text("\n".join(lines).replace(" M_c", "\nM_c"))
     words = ("--maximise", "speed", "--over", "P_d=3:8", "--samples", "8")
     status, out, err = call("optimise", "--params", "device.toml", *words)
-    told = f"flat: speed is 0 at each of 8 surveyed places: {why}"
+    told = "flat: speed is 0 at each of 8 surveyed places"
     assert (status, out.splitlines()[-1], err) == (3, told, [told])
 
 
@@ -134,8 +123,6 @@ COUNTS = {
     "optimise samples": (lambda n: cs.optimise("speed", OVER, samples=n), 1, 1_000_000),
     "pareto points": (lambda n: cs.pareto("speed", "work", OVER, points=n), 2, 10_000),
     "fit starts": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), starts=n), 0, 100_000),
-    "fit follow": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), follow=n), 1, 1000),
-    "fit steps": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), steps=n), 1, 100_000),
 }
 DATA = {"t": [0.0, 1.0, 2.0], "x_r": [0.0, 1.0, 0.0]}
 

@@ -3,15 +3,16 @@
 import json
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import capsule_sym as cs
 from capsule_sym._design.front_search import FrontPoint, FrontSearch
-from capsule_sym._design.front_survey import FrontSurvey
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.quantities import function_of
+from capsule_sym._design.survey import FrontSurvey, trade_offs
 from tests.design.cells import metrics_of
 
 BOUNDS = {"alpha": (0.3, 2.0), "omega": (0.6, 1.2)}
@@ -229,16 +230,14 @@ def searched(limits: tuple[str, ...] = ()) -> FrontSearch:
     program = program_of("alpha", over, DAMPED, True, limits, None)
     program = replace(program, limit_units=(1.0,) * len(limits))
     found = FrontSearch(program, function_of("against", "omega", program.system), 4)
-    found.survey = FrontSurvey(*(one.program for one in found.searches), 0)
+    found.survey = FrontSurvey(program, found.searches[1].program.function, 1.0, 0)
     return found
 
 
-def test_a_survey_has_its_front() -> None:
-    survey = searched().survey
+def test_a_front_has_no_place_that_another_one_betters() -> None:
     both = np.array([[3.0, 0.0], [1.0, 1.0], [2.0, 1.0], [1.0, 2.0], [0.0, 3.0], [2.5, 0.5]])
-    survey.add(np.zeros((6, 2)), both)
-    assert survey.front(np.arange(6)).tolist() == [0, 5, 1, 4]
-    assert survey.front(np.array([2, 3, 4])).tolist() == [2, 3, 4]
+    assert trade_offs(both).tolist() == [0, 5, 1, 4]
+    assert trade_offs(both[2:5]).tolist() == [0, 1, 2]
 
 
 def test_places_of_a_survey_are_within_limits_and_beget_better_ones() -> None:
@@ -248,13 +247,28 @@ def test_places_of_a_survey_are_within_limits_and_beget_better_ones() -> None:
         [np.inf, np.inf],
     ]
     survey.look(np.random.default_rng(0).uniform(size=(16, 2)))
-    count = len(survey.u)
-    assert 0 < count < 16
+    before = survey.front
     survey.evolve()
-    assert len(survey.u) > count
-    assert np.all(survey.u[:, 0] <= 0.5)
-    cheap = survey.both[:, 1] <= 1.001
-    assert 0.49 < survey.u[cheap, 0].max() <= 0.5
+    values, costs = survey.front.T
+    assert len(survey.cells) > 16
+    assert np.all(values >= -0.5)
+    assert (
+        -0.5
+        <= values[costs <= 1.001].min()
+        < -0.49
+        < before[before[:, 1] <= 1.001, 0].min(initial=0.0)
+    )
+
+
+def test_a_point_starts_at_the_best_place_of_each_branch_within_its_bound() -> None:
+    """Of places on two lines of equal cost and other values, those that cost at most 1.5."""
+    survey = searched().survey
+    lines = [np.column_stack([np.full(41, a), np.linspace(0.0, 1.0, 41)]) for a in (0.2, 0.8)]
+    survey.look(np.vstack(lines))
+    starts = survey.bounded(1.5).starts(100)
+    assert starts[0][0] == 0.8
+    assert {float(one[0]) for one in starts} == {0.2, 0.8}
+    assert all(one[1] <= 0.5 for one in starts)
 
 
 def test_a_point_is_kept_if_none_betters_it_and_none_that_it_betters() -> None:
@@ -281,8 +295,8 @@ def test_the_next_point_is_the_place_of_the_survey_that_is_farthest_from_all() -
     both = np.array([[0.0, 0.0], [-0.2, 0.2], [-0.5, 0.4], [-1.0, 1.0]])
     low, high = (FrontPoint(np.full(2, cost), np.array([-cost, cost]), None) for cost in (0.0, 1.0))
     search.points = [low, high]
-    search.survey.add(np.zeros((4, 2)), both)
-    search.point = lambda bound, u: asked.append(bound)  # finds nothing
+    search.survey = SimpleNamespace(front=both)
+    search.point = asked.append  # finds nothing
     search.fill()
     assert asked == [0.4, 0.2]
 

@@ -9,11 +9,12 @@ from scipy.integrate import quad
 from capsule_sym import Parameters, continue_orbit, solve_orbit
 from capsule_sym._design import polish as polish_module
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.local import LocalSearch
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimum import optimum_of
 from capsule_sym._design.polish import MARGIN, bifurcation_of, polish, with_limit
 from capsule_sym._design.search import Optimisation
+from capsule_sym._design.stationary import local_search
+from capsule_sym._design.survey import Survey
 from capsule_sym._orbits.continuation.kinds import FOLD as FOLD_TYPE
 from capsule_sym._orbits.continuation.kinds import NEIMARK_SACKER, PERIOD_DOUBLING
 
@@ -43,7 +44,7 @@ def integral(orbit, rate):
 def at(metric, over, base, maximise, margin=None, u=0.5):
     """The program, and the best place of a search from the motion that rest leads to."""
     program = program_of(metric, over, base, maximise, (), margin)
-    return program, LocalSearch(program, program.begin(np.atleast_1d(u))).run()[0]
+    return program, local_search(program, program.begin(np.atleast_1d(u)))[0]
 
 
 @pytest.mark.parametrize(
@@ -118,7 +119,7 @@ def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins()
     program = program_of("work", over, base, False, (), None)
 
     def best(u):
-        return Optimisation(program).improved(program.begin(np.array(u)))
+        return Optimisation(Survey(program)).improved(program.begin(np.array(u)))
 
     one = best((0.2799, 0.9592))
     other = best((one.u[0] + 1e-3, one.u[1] - 1e-3))
@@ -165,5 +166,5 @@ def test_the_start_has_to_lead_to_the_motion_of_an_optimum() -> None:
     )
     place, other = first.begin(u), second.begin(u)
     assert place.objective * other.objective < 0
-    assert Optimisation(first).start_reaches(place)
-    assert not Optimisation(first).start_reaches(other)
+    assert Optimisation(Survey(first)).start_reaches(place)
+    assert not Optimisation(Survey(first)).start_reaches(other)

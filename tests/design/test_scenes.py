@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._design import sensitivities as module
-from capsule_sym._design.borders import distances
+from capsule_sym._design.pieces import distances
 from capsule_sym._design.quantities import dimensionless_slopes
 
 SLOPE = cs.scenes.slope
@@ -24,12 +23,9 @@ RUNS = {
 
 
 @pytest.mark.parametrize("scene", RUNS)
-@pytest.mark.parametrize("native", [True, False], ids=["by the core", "by Python"])
-def test_derivatives_of_a_run_are_differences_of_runs(scene, native, monkeypatch) -> None:
+def test_derivatives_of_a_run_are_differences_of_runs(scene) -> None:
     given, time = RUNS[scene], [15.0]
     run, names = cs.simulate(given, periods=3), given.scene.facts.PARAMETERS
-    if not native:
-        monkeypatch.setattr(module, "core_of", lambda _: None)
     found = cs.sensitivities(run, time)
     assert found.columns[4:] == names
     for name in names:
@@ -98,27 +94,20 @@ def test_distances_to_other_itineraries_have_exact_derivatives(scene: str) -> No
     assert orbit.success
     rows = distances(orbit)
     names = given.scene.facts.PARAMETERS
-    held = [row.inequality for row in rows]
-    keys = [(one.kind, one.segment, one.guard) for one in held]
     assert len(rows) >= len(orbit.itinerary)
 
-    def near(name: str, way: int) -> dict[tuple[object, ...], float]:
+    def near(name: str, way: int) -> dict[tuple[object, ...], tuple[float, np.ndarray]]:
         changed = given.replace(**{name: getattr(given, name) + way * STEP})
         moved = cs.orbits.solve_itinerary(changed, orbit.itinerary, [float(one) for one in orbit.z])
-        return {
-            (one.kind, one.segment, one.guard): float(one.value)
-            for one in (row.inequality for row in distances(moved))
-        }
+        return distances(moved)
 
     for k, name in enumerate(names):
         up, down = near(name, 1), near(name, -1)
-        for row in rows:
-            one = row.inequality
-            key = one.kind, one.segment, one.guard
-            if keys.count(key) == 1 and key in up and key in down:
-                slope = (up[key] - down[key]) / (2 * STEP)
-                size = 1 + np.abs(row.by).max()
-                assert row.by[k] == pytest.approx(slope, abs=1e-5 * size), (name, key)
+        for key, (_, by) in rows.items():
+            if key in up and key in down:
+                slope = (up[key][0] - down[key][0]) / (2 * STEP)
+                size = 1 + np.abs(by).max()
+                assert by[k] == pytest.approx(slope, abs=1e-5 * size), (name, key)
 
 
 @pytest.mark.long

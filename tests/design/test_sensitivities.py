@@ -8,9 +8,8 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import InvalidInput, Parameters, results, sensitivities, simulate
-from capsule_sym._design import sensitivities as module
 from capsule_sym._design.sensitivities import columns_of
-from capsule_sym._native import core, watch
+from capsule_sym._native import watch
 from tests.judges import taylor_events
 from tests.sampling import sampled, some
 
@@ -23,11 +22,6 @@ CASES = {
     "critical damping": (Parameters(alpha=1.4, zeta=1.0, beta=4.0), (0.0, 0.5, -0.3), 1.0),
     "resonance": (Parameters(alpha=0.6, omega=1.0, zeta=0.0), (0.2, 0.1, 0.0), 0.5),
 }
-each_way = pytest.mark.parametrize(
-    "native",
-    [pytest.param(True, marks=pytest.mark.skipif(core is None, reason="no C core")), False],
-    ids=["by the core", "by Python"],
-)
 
 
 @cache
@@ -46,10 +40,8 @@ def capsule_moves(name: str) -> bool:
     return CASES[name][1][2] != 0.0
 
 
-def found_of(name: str, native: bool, monkeypatch) -> tuple[results.Sensitivities, int]:
+def found_of(name: str) -> tuple[results.Sensitivities, int]:
     parameters, state, phase = CASES[name]
-    if not native:
-        monkeypatch.setattr(module, "core_of", lambda _: None)
     # The reference counts its periods from the start.
     run = simulate(parameters, state, phase, PERIODS + 1)
     end = phase + PERIODS * parameters.period
@@ -58,10 +50,9 @@ def found_of(name: str, native: bool, monkeypatch) -> tuple[results.Sensitivitie
 
 
 @sampled
-@each_way
 @pytest.mark.parametrize("name", CASES)
-def test_derivatives_are_differences_of_the_judges_runs(name, native, monkeypatch) -> None:
-    found, switches = found_of(name, native, monkeypatch)
+def test_derivatives_are_differences_of_the_judges_runs(name) -> None:
+    found, switches = found_of(name)
     parameters, _, _ = CASES[name]
     assert switches == len(judged(name, -1, 0).segments) - 1 > 0
     tried = enumerate(SLOPES)
@@ -83,17 +74,13 @@ def test_derivatives_are_differences_of_the_judges_runs(name, native, monkeypatc
         assert found.slopes[0, :, column] == pytest.approx(slopes, abs=1e-11 * size)
 
 
-@each_way
-def test_a_saltation_that_is_left_out_is_noticed(native, monkeypatch) -> None:
+def test_a_saltation_that_is_left_out_is_noticed() -> None:
     """The test above would fail without the derivatives of the times."""
-    found, switches = found_of("slips and impacts", native, monkeypatch)
+    found, switches = found_of("slips and impacts")
     assert np.abs(found.switching_slopes[:switches]).max() > 0.1
 
 
-@each_way
-def test_times_may_come_in_any_order_and_more_than_once(native, monkeypatch) -> None:
-    if not native:
-        monkeypatch.setattr(module, "core_of", lambda _: None)
+def test_times_may_come_in_any_order_and_more_than_once() -> None:
     run = simulate(Parameters(alpha=0.8), periods=3)
     times = np.array([5.0, 0.0, 12.0, 5.0])
     found = sensitivities(run, times)
@@ -102,23 +89,17 @@ def test_times_may_come_in_any_order_and_more_than_once(native, monkeypatch) -> 
     assert np.array_equal(found.states, run(times, position=True))
 
 
-@each_way
-def test_derivatives_keep_to_a_limit_of_time(native, monkeypatch) -> None:
-    """The core looks at the time after some thousand segments, Python after each."""
-    run, done = simulate(Parameters(alpha=0.8), periods=6000 if native else 8), False
-    if not native:
-        monkeypatch.setattr(module, "core_of", lambda _: None)
+def test_derivatives_keep_to_a_limit_of_time() -> None:
+    """The core looks at the time after some thousand segments."""
+    run, done = simulate(Parameters(alpha=0.8), periods=6000), False
     with watch.Watch(1e-300):
         sensitivities(run, [run.span[1]])
         done = True
     assert not done
 
 
-@each_way
-def test_beside_grazing_and_at_it(native, monkeypatch) -> None:
+def test_beside_grazing_and_at_it() -> None:
     """Derivatives grow without bound as an impact becomes tangential."""
-    if not native:
-        monkeypatch.setattr(module, "core_of", lambda _: None)
     sizes = []
     for distance in (1e-2, 1e-4, 1e-6):
         # At rest on the capsule, undamped and not driven: x_r = delta cos(h) + v_r sin(h).
@@ -141,6 +122,13 @@ def test_a_run_without_segments_is_refused() -> None:
         sensitivities(run, [0.0])
     with pytest.raises(InvalidInput, match="t ="):
         sensitivities(simulate(Parameters(), periods=2), [1e6])
+
+
+def test_a_scene_without_a_core_is_refused(monkeypatch) -> None:
+    run = simulate(Parameters(), periods=2)
+    monkeypatch.setattr("capsule_sym._map.native.core_of", lambda _: None)
+    with pytest.raises(InvalidInput, match="the C core was not compiled"):
+        sensitivities(run, [1.0])
 
 
 def test_columns_have_names() -> None:

@@ -5,10 +5,9 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._design.cells import Cells, evaluate
-from capsule_sym._design.evaluation import _start_of
+from capsule_sym._design.evaluation import _start_of, attracting, settle_many
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.polish import BASIN
-from capsule_sym._design.settled import attracting, settle_many
 from capsule_sym._design.survey import Survey
 from capsule_sym.orbits import floquet_multipliers
 
@@ -52,7 +51,7 @@ def test_places_beyond_a_limit_rank_after_all_within_and_lost_ones_last() -> Non
     program = program_of("alpha", {"alpha": (0, 1)}, None, False, ("alpha >= 1",), None)
     objective = np.array([1e9, -1.0, -2.0, np.nan])
     slacks = np.array([[0.0], [-1.0], [-2.0], [np.inf]])
-    cells = Cells(np.zeros((4, 1)), objective, slacks, np.array([1, 1, 2, -1]), np.zeros(4))
+    cells = Cells(np.zeros((4, 1)), objective, slacks, np.array([1, 1, 2, -1]))
     assert np.argsort(cells.merit(program)).tolist() == [0, 1, 2, 3]
     assert cells.unknown == 1
     assert cells.beyond(program).tolist()[:3] == [0.0, 1.0, 2.0]
@@ -64,7 +63,7 @@ def test_searches_start_at_places_that_no_neighbour_betters() -> None:
     survey = Survey(program)
     u = np.linspace(0.0, 1.0, 101)[:, None]
     wells = np.minimum(abs(u[:, 0] - 0.2), abs(u[:, 0] - 0.7) - 0.1)
-    survey.cells = Cells(u, wells, np.empty((101, 0)), np.ones(101, int), np.zeros(101))
+    survey.cells = Cells(u, wells, np.empty((101, 0)), np.ones(101, int))
     assert [one[0] for one in survey.starts(5)] == pytest.approx([0.7, 0.2])
 
 

@@ -13,7 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import capsule_sym as cs
-from capsule_sym._design.front import FrontPart
+from capsule_sym._design.front_search import FrontPart
 from capsule_sym.figures import plot_front, plot_residuals, plot_tolerances
 from capsule_sym.results import Front, Optimum, Status
 from tests.public import PUBLIC
