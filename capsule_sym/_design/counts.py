@@ -4,9 +4,13 @@ MAX_SECONDS = 60.0
 """Default limit of time of an optimum or a front: several times what a usual one takes."""
 SAMPLES = 1, 1_000_000
 """Cells of a survey."""
+FOLLOW = 1, 1_000
+"""Places at which a search starts."""
 POINTS = 2, 10_000
 """Points of a front."""
 STARTS = 0, 100_000
 """Further guesses of a fit."""
+STEPS = 1, 100_000
+"""Largest number of runs with derivatives for one guess of a fit."""
 SEED = 0, 10**12
 """Random seed of cells or guesses."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.counts import SEED, STARTS
+from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.least_squares import LOSSES, Errors, Least, errors_of, least
 from capsule_sym._design.measured import Measured, measured
 from capsule_sym._design.misfit import (
@@ -32,7 +32,6 @@ from capsule_sym._native import TimeUp, Watch
 from capsule_sym._systems import check_parameter
 
 _POOR = 0.5  # noise of a column, over its spread: a quarter of its variance is unexplained
-_CONTINUED = 4  # guesses from which the least squares are solved, the best ones
 _AT_BOUND = 1e-6  # distance from a bound, over the size of the value, that counts as none
 
 
@@ -46,7 +45,9 @@ def fit(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     loss: str = "linear",
     starts: int = 0,
+    follow: int = 4,
     seed: int = 0,
+    steps: int = 200,
     max_seconds: float = checks.SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Fit:
@@ -54,7 +55,8 @@ def fit(
 
     The motion starts in `state`, at `phase` of the forcing, at the first of the times, even if the
     first values are gaps. The given values of the unknowns are the first guess; all other values
-    are known. All is dimensionless, or in SI units if `system` is a device.
+    are known. If the frequency of the drive is unknown, frequencies from the spectrum of the data
+    are guesses too. All is dimensionless, or in SI units if `system` is a device.
 
     Parameters
     ----------
@@ -80,9 +82,13 @@ def fit(
         Loss of the squared residuals. That of Cauchy gives outliers less weight.
     starts : int, default 0, 0 to 100,000
         Number of further random guesses, within `bounds` or else between half and twice the guess.
-        The least squares are solved from the best four.
+    follow : int, default 4, 1 to 1,000
+        Number of guesses that are continued: the best ones, of the given guess and all others.
     seed : int, default 0, 0 to 10**12
         Seed of the random guesses.
+    steps : int, default 200, 1 to 100,000
+        Largest number of steps of each least-squares solution. The loss of
+        Cauchy takes three of these for a guess.
     max_seconds : float, default 600.0, above 0
         Time limit, in seconds of wall time.
     progress : callable, default None
@@ -131,14 +137,16 @@ def fit(
     limits = limits_of(problem, bounds or {})
     check_one_of("loss", loss, LOSSES)
     checks.check_count("starts", starts, *STARTS)
+    checks.check_count("follow", follow, *FOLLOW)
     checks.check_count("seed", seed, *SEED)
+    checks.check_count("steps", steps, *STEPS)
     found, status = list[Least](), Status.TIME_LIMIT
     message = "time limit reached: best values so far"
     with Watch(checks.checked_seconds(max_seconds)):
-        best = _best(problem, guesses(problem, limits, starts, seed))[:_CONTINUED]
+        best = _best(problem, guesses(problem, limits, starts, seed))[:follow]
         for k, guess in enumerate(best, 1):
             problem.doing = f"start {k} of {len(best)}"
-            found.append(least(problem, guess, limits, loss))
+            found.append(least(problem, guess, limits, loss, steps))
         status = Status.FINISHED
     problem.progress = None
     least_squares = min(found, key=lambda one: one.cost) if found else Least(problem.latest)

@@ -48,14 +48,16 @@ class Errors(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def least(problem: Misfit, guess: Vector, limits: tuple[Vector, Vector], loss: str) -> Least:
+def least(
+    problem: Misfit, guess: Vector, limits: tuple[Vector, Vector], loss: str, steps: int
+) -> Least:
     """Least squares from a guess, by SciPy, with unknowns scaled by the Jacobian.
 
     The robust loss begins as soft_l1, whose minimum is easier to reach; then its scale is that of
     the residuals, and after it once more.
     """
     robust, x, scale = loss == "cauchy", np.clip(guess, *limits), _FIRST
-    how: dict[str, Any] = {"bounds": limits, "x_scale": "jac"} | _PRECISE
+    how: dict[str, Any] = {"bounds": limits, "x_scale": "jac", "max_nfev": steps} | _PRECISE
     for stage in ("soft_l1", loss, loss) if robust else (loss,):
         found = package("scipy.optimize").least_squares(
             problem.residuals, x, problem.jacobian, loss=stage, f_scale=scale, **how

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.measured import OF_STATE, Measured
+from capsule_sym._design.measured import OF_STATE, Measured, about_trend
 from capsule_sym._design.quantities import System, allowed, dimensionless, varied
 from capsule_sym._design.sensitivities import START, columns_of, sensitivities
 from capsule_sym._errors import InvalidInput, check_one_of, counted
@@ -18,6 +18,7 @@ from capsule_sym._map.checks import checked_ends
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._parameters import SceneDevice, names_of
 from capsule_sym._processes import sobol
+from capsule_sym._systems import drives
 
 OF_START = (*START, "x_c")
 STATE, PHASE = START[:-1], START[-1]
@@ -170,6 +171,9 @@ def period_of(system: System) -> float:
     return float(dimensionless(system).period * units_of(system)[OF_START.index(PHASE)])
 
 
+_AROUND = 4.0  # factor about a guess of the frequency within which the spectrum has its peak
+
+
 def limits_of(problem: Misfit, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
     """Lower and upper bounds of the unknowns, each (k,).
 
@@ -189,12 +193,17 @@ def limits_of(problem: Misfit, bounds: Mapping[str, tuple[float, float]]) -> tup
 
 
 def guesses(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: int) -> list[Vector]:
-    """The given guess, and random ones between the bounds, or between half and twice the guess.
+    """The given guess, those by the spectrum, and random ones, so many."""
+    return [problem.guess, *spectral(problem, limits), *drawn(problem, limits, count, seed)]
+
+
+def drawn(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: int) -> list[Vector]:
+    """Guesses between the bounds, or without bounds between half and twice the guess.
 
     Without a bound a phase is anywhere in its period.
     """
     if not count:
-        return [problem.guess]
+        return []
     (low, high), guess = limits, problem.guess
     bounded, above = np.isfinite(high), np.isfinite(low)
     size = np.where(guess == 0.0, 1.0, np.abs(guess))
@@ -203,4 +212,28 @@ def guesses(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: in
     for k, name in enumerate(problem.unknown):
         if name == PHASE and not bounded[k]:
             first[k], last[k] = 0.0, period_of(problem.system)
-    return [guess, *(first + sobol(len(first), count, seed) * (last - first))]
+    return list(first + sobol(len(first), count, seed) * (last - first))
+
+
+def spectral(problem: Misfit, limits: tuple[Vector, Vector]) -> list[Vector]:
+    """Guesses with the frequency of the drive at the spectrum's peak, its half and its double."""
+    name, data, guess = [*drives(problem.system)][1], problem.data, problem.guess
+    if name not in problem.unknown:
+        return []
+    k = problem.unknown.index(name)
+    times, step = np.linspace(data.times[0], data.times[-1], len(data.times), retstep=True)
+    # Padded with zeros, the spectrum has a value at every quarter of its lines.
+    frequencies = math.tau * np.fft.rfftfreq(4 * len(times), float(step))
+    power = np.zeros(len(frequencies))
+    for column in range(len(data.names)):
+        own = data.column == column
+        values = about_trend(data.times[own], data.values[own])
+        even = np.interp(times, data.times[own], values / (np.abs(values).max() or 1.0))
+        power += np.abs(np.fft.rfft(even, 4 * len(times))) ** 2
+    low, high = limits[0][k], limits[1][k]
+    ends = max(low, guess[k] / _AROUND), min(high, guess[k] * _AROUND)
+    power[(frequencies < ends[0]) | (frequencies > ends[1])] = 0.0
+    peaks = frequencies[power.argmax()] * np.array([1.0, 0.5, 2.0])
+    found = np.tile(guess, (len(peaks), 1))
+    found[:, k] = peaks
+    return list(found[(low <= peaks) & (peaks <= high)])

@@ -123,6 +123,8 @@ COUNTS = {
     "optimise samples": (lambda n: cs.optimise("speed", OVER, samples=n), 1, 1_000_000),
     "pareto points": (lambda n: cs.pareto("speed", "work", OVER, points=n), 2, 10_000),
     "fit starts": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), starts=n), 0, 100_000),
+    "fit follow": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), follow=n), 1, 1000),
+    "fit steps": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), steps=n), 1, 100_000),
 }
 DATA = {"t": [0.0, 1.0, 2.0], "x_r": [0.0, 1.0, 0.0]}
 

@@ -16,13 +16,14 @@ from capsule_sym import (
     sensitivities,
     simulate,
 )
-from capsule_sym._design import fit as fit_module
+from capsule_sym._design import misfit as misfit_module
 from capsule_sym._design.least_squares import least
 from capsule_sym._design.measured import measured
 from capsule_sym._design.misfit import Misfit, limits_of
 from capsule_sym._design.quantities import dimensionless_slopes, values_of, varied
 from capsule_sym._parameters import names_of
 from capsule_sym.inputs import read_measured
+from capsule_sym.results import Status
 from tests.design.clock import LIMIT, Clock
 from tests.sampling import many, sampled
 
@@ -185,7 +186,7 @@ def test_errors_of_a_robust_loss_are_those_of_huber() -> None:
     data = series(noise=0.01, count=30, names=("x_m",))
     data["x_m"][::6] += 0.3
     problem = problem_of(data, TRUE, ("alpha", "zeta"), START, PHASE)
-    found = least(problem, problem.guess, limits_of(problem, {}), "cauchy")
+    found = least(problem, problem.guess, limits_of(problem, {}), "cauchy", 200)
     residuals, jacobian = problem.residuals(found.x), problem.jacobian(found.x)
     r, n, p = residuals / found.scale, 30, 2
     influence, slope = r / (1 + r**2), (1 - r**2) / (1 + r**2) ** 2
@@ -204,6 +205,15 @@ def test_a_far_guess_is_found_by_many_starts() -> None:
     )
     assert found.success
     assert found.values == pytest.approx({"alpha": 0.83, "beta": 1.7, "delta": 0.03}, abs=1e-8)
+
+
+def test_few_steps_leave_a_fit_short_of_its_minimum() -> None:
+    guess = TRUE.replace(alpha=0.85)
+    options = {"state": START, "phase": PHASE}
+    assert fit(series(), guess, ("alpha",), **options).success
+    short = fit(series(), guess, ("alpha",), steps=1, **options)
+    assert not short.success
+    assert short.status is Status.NOT_CONVERGED
 
 
 def test_what_measurements_cannot_tell_is_named() -> None:
@@ -245,6 +255,14 @@ def test_a_fit_that_explains_nothing_says_so_by_column(spoil, poor) -> None:
     assert all(f"of the spread of {name}" in found.message for name in poor)
     assert "starts" in found.message
     assert "units" in found.message
+
+
+@pytest.mark.parametrize("omega", [0.4, 0.6, 1.1, 1.7])
+def test_a_poor_guess_of_the_frequency_comes_from_the_spectrum(omega) -> None:
+    data = series(count=150, noise=2e-3)
+    found = fit(data, TRUE.replace(omega=omega), ("omega", "alpha"), state=START, phase=PHASE)
+    assert found.status == "converged"
+    assert found.values["omega"] == pytest.approx(TRUE.omega, abs=1e-3)
 
 
 @pytest.mark.parametrize(("guess", "ends"), [(0.9, (0.831, 1.0)), (0.8, (0.7, 0.829))])
@@ -338,7 +356,9 @@ def test_bad_columns_are_named(change, named) -> None:
         ({"unknown": ("mu",)}, "unknown"),
         ({"loss": "median"}, "loss"),
         ({"starts": -1}, "starts"),
+        ({"follow": 0}, "follow"),
         ({"seed": -1}, "seed"),
+        ({"steps": 0}, "steps"),
         ({"bounds": {"beta": (0, 1)}}, "bounds"),
         ({"bounds": {"alpha": (1, 0)}}, "bounds of alpha"),
         ({"bounds": {"alpha": (-1, 2)}}, "bounds of alpha"),
@@ -395,13 +415,13 @@ def test_a_fit_that_is_out_of_time_has_the_best_that_was_tried(monkeypatch, run,
 
 
 def test_the_time_in_which_guesses_are_drawn_counts(monkeypatch) -> None:
-    clock, drawn = Clock(monkeypatch, "drawn"), fit_module.guesses
+    clock, drawn = Clock(monkeypatch, "drawn"), misfit_module.drawn
 
     def slowly(*arguments):
         clock.progress("drawn")
         return drawn(*arguments)
 
-    monkeypatch.setattr(fit_module, "guesses", slowly)
+    monkeypatch.setattr(misfit_module, "drawn", slowly)
     limited = {"max_seconds": LIMIT, "starts": 8}
     found = fit(series(count=60), TRUE, ("alpha",), state=START, phase=PHASE, **limited)
     assert found.status == "time-limit"
@@ -418,7 +438,7 @@ def test_derivatives_are_taken_at_steps_alone(monkeypatch) -> None:
     told = []
     how = {"state": START, "phase": PHASE, "starts": 8, "progress": told.append}
     data = series(count=250, noise=1e-3)
-    found = fit(data, TRUE.replace(alpha=0.85), ("alpha", "beta"), **how)
+    found = fit(data, TRUE.replace(alpha=0.85), ("alpha", "beta"), follow=1, **how)
     assert found.success
     assert told[0] == "guess 1 of 9, 1 run"
     assert set(rows) == {250}
