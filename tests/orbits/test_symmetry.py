@@ -13,10 +13,9 @@ from scipy.optimize import fsolve
 import capsule_sym as cs
 from capsule_sym import orbits
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation import kinds
+from capsule_sym._orbits.continuation import conditions, kinds
 from capsule_sym._orbits.continuation.conditions import EventSolution, ExtendedSystem
 from capsule_sym._orbits.continuation.problem import Family
-from capsule_sym._orbits.shooting import orbit as module
 from capsule_sym._orbits.shooting.equations import ShootingSystem, shooting
 from capsule_sym.results import Branch, Itinerary, Orbit, Status
 from tests.orbits.branches import settled
@@ -180,7 +179,7 @@ def test_a_curve_goes_on_in_pairs_where_the_spring_is_no_longer_touched() -> Non
 @pytest.mark.parametrize("seed", range(3))
 def test_it_does_so_however_durations_are_rounded(seed, monkeypatch) -> None:
     """A segment lasts as the third power of another there: its duration is soon below rounding."""
-    random, evaluate = np.random.default_rng(seed), module.shooting
+    random, evaluate = np.random.default_rng(seed), conditions.shooting
 
     def rounded(*given: Any) -> ShootingSystem:
         system = evaluate(*given)
@@ -190,7 +189,7 @@ def test_it_does_so_however_durations_are_rounded(seed, monkeypatch) -> None:
 
     branch = over_alpha(0.1, 2.0, delta=1.2)
     one = next(one for one in branch.bifurcations if one.type == kinds.CROSSING)
-    monkeypatch.setattr(module, "shooting", rounded)
+    monkeypatch.setattr(conditions, "shooting", rounded)
     curve = cs.continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
     assert [ending for ending, _ in curve.endings] == [Status.REACHED, Status.REACHED]
 

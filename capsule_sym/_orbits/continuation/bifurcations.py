@@ -11,13 +11,13 @@ import numpy as np
 from capsule_sym._errors import Ended, InvalidInput, Status
 from capsule_sym._map.backend import backend
 from capsule_sym._map.result import brief
-from capsule_sym._orbits.continuation.conditions import EventSolution, ExtendedSystem
+from capsule_sym._orbits.continuation.conditions import EventSolution, ExtendedSystem, orbit_at
 from capsule_sym._orbits.continuation.kinds import NormalForm, normal_form
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.shooting.admissibility import Inequality
 from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment, zero_segments
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, evaluated
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, whole_orbit
 
 _SAME = 1e-9  # parameters of a point found twice differ by less
@@ -88,7 +88,7 @@ class BifurcationPoint(SolvedPoint):
                 change, _ = remove_segment(numbers, itinerary, z, system, segment)
         except InvalidInput:
             return None
-        return whole_orbit(evaluated(numbers, orbit.values, change.itinerary, change.z))
+        return whole_orbit(orbit_at(numbers, orbit.values, change.itinerary, change.z))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,7 +21,7 @@ from capsule_sym._orbits.continuation.bifurcations import (
     solution_fields,
     sorted_multipliers,
 )
-from capsule_sym._orbits.continuation.conditions import EventSolution
+from capsule_sym._orbits.continuation.conditions import EventSolution, orbit_at
 from capsule_sym._orbits.continuation.crossing import (
     NEIGHBOUR_STEP,
     Continuation,
@@ -34,7 +34,7 @@ from capsule_sym._orbits.continuation.problem import Event, Family, SmoothEvent,
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
-from capsule_sym._orbits.shooting.orbit import Orbit, columns_of, evaluated
+from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import (
     BROKEN,
     KEPT,
@@ -331,9 +331,7 @@ def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:
     q, end = (axis.share(one.values) for one in (old, new))
     number = itinerary.period_number if mirrored else itinerary.period_number // 2
     once = Itinerary(itinerary.segments[:n], number, bool(mirrored), itinerary.scene)
-    guess = evaluated(
-        family.numbers, axis.placed(old.values, q + float(share) * (end - q)), once, z
-    )
+    guess = orbit_at(family.numbers, axis.placed(old.values, q + float(share) * (end - q)), once, z)
     found = Family(family.problem, guess).solved(guess, (kinds.PERIOD_DOUBLING,))
     near = found is not None and abs(found.orbit.z - z).max() <= abs(new.z - old.z).max()
     return found if near else None

@@ -16,14 +16,16 @@ from capsule_sym._orbits.continuation import kinds
 from capsule_sym._orbits.continuation.kinds import DURATIONS, cubic, degeneracy, quadratic
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath, PathAxis
 from capsule_sym._orbits.shooting.admissibility import KINKS
-from capsule_sym._orbits.shooting.equations import ROUNDINGS, Matrix, Vector, solve
+from capsule_sym._orbits.shooting.equations import ROUNDINGS, Matrix, Vector, shooting, solve
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, evaluated
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
+from capsule_sym._orbits.shooting.taylor import monodromy_derivative
 
 _UNIT = 2.0**-53
 _ROUNDINGS = 64  # of a test function, in units of its largest terms
 _COMPLEX = 1e-6  # least imaginary part of a complex multiplier
+EXACT = (*kinds.SMOOTH, kinds.RESONANCE_1_1, kinds.RESONANCE_1_2)  # with an exact gradient
 
 
 def evaluate_test_functions(orbit: Orbit) -> dict[str, float]:
@@ -53,6 +55,25 @@ def _invariants(matrix: Matrix) -> tuple[float, float, float]:
     """Sums of the multipliers, of products of two, and the product of all."""
     first = np.trace(matrix)
     return first, (first * first - np.trace(matrix @ matrix)) / 2, np.linalg.det(matrix)
+
+
+def gradient_of_test_function(orbit: Orbit, name: str, directions: Matrix) -> Vector:
+    """Gradient (n + 4 + m,) of a test function by z and along m directions of the parameters."""
+    matrix = monodromy_matrix(orbit)
+    first, _, third = _invariants(matrix)
+    unit = np.eye(len(matrix))
+    cofactors = np.cross(matrix[[1, 2, 0]], matrix[[2, 0, 1]])
+    weights = {
+        kinds.FOLD: (1, -1, 1),
+        kinds.PERIOD_DOUBLING: (1, 1, 1),
+        kinds.NEIMARK_SACKER: (third, -1, first - 2 * third),
+        kinds.RESONANCE_1_1: (-2, 1, 0),
+        kinds.RESONANCE_1_2: (2, 1, 0),
+    }[name]
+    of_invariants = unit, first * unit - matrix.T, cofactors
+    by = sum(weight * one for weight, one in zip(weights, of_invariants, strict=True))
+    changes = monodromy_derivative(orbit, directions)
+    return np.einsum("ij,kij->k", by, changes)  # type: ignore[no-any-return]
 
 
 def noise(orbit: Orbit) -> float:
@@ -91,7 +112,7 @@ def has_rotations(orbit: Orbit) -> bool:
 _MOST_STEPS = 20
 _LARGEST_RESIDUAL = 1024  # units of rounding
 _RANK = 1e-9  # singular values below this share of the largest count as zero
-_DIFFERENCE = 1e-5  # relative change of an unknown, for the gradient of a condition
+_DIFFERENCE = 1e-6  # of the unknowns, for the gradient of a condition
 
 
 class EventSolution(NamedTuple):
@@ -106,6 +127,17 @@ class EventSolution(NamedTuple):
     segments: tuple[int, ...]
     residual: Number
     uncertainties: tuple[Number, ...]
+
+
+def orbit_at(
+    numbers: Backend,
+    values: Sequence[Number],
+    itinerary: Itinerary,
+    z: Vector,
+) -> Orbit:
+    """Orbit with these unknowns, which need not be a solution, in the numbers of a backend."""
+    system = shooting(numbers, values, itinerary, z)
+    return Orbit(tuple(values), itinerary, z, system, numbers.name)
 
 
 class Evaluation(NamedTuple):
@@ -159,10 +191,10 @@ class OrbitEquations:
             z[self.rest] = u[:many]
         for one, share in zip(self.free, u[many:], strict=True):
             values = one.placed(values, share)
-        return evaluated(self.numbers, values, self.itinerary, z)
+        return orbit_at(self.numbers, values, self.itinerary, z)
 
     def evaluate(self, u: Vector) -> Evaluation:
-        """Equations at u. Gradients of conditions are differences: errors cost further steps."""
+        """Equations at u; a condition without an exact gradient has gradient 0."""
         orbit = self.orbit(u)
         system = orbit.system
         by_free = [one.by(system.by_p, orbit.values) for one in self.free]
@@ -172,9 +204,9 @@ class OrbitEquations:
             residual, by = np.delete(residual, itself), np.delete(by, itself, axis=0)
         if not self.conditions:
             return Evaluation(residual, by, orbit)
-        values = self.condition_values(orbit)
-        by = np.vstack([by, self.gradients(u, values)])
-        return Evaluation(np.append(residual, values), by, orbit)
+        values = [one.value(orbit) for one in self.conditions]
+        rows = np.array([self.row(orbit, one.name) for one in self.conditions])
+        return Evaluation(np.append(residual, values), np.vstack([by, rows]), orbit)
 
     @property
     def _identities(self) -> list[int]:
@@ -188,18 +220,15 @@ class OrbitEquations:
             and segments[k - 1].guard in KINKS
         ]
 
-    def gradients(self, u: Vector, values: Vector) -> Matrix:
-        """Gradients (many, len(u)) of the conditions, which have these values at u."""
-        columns = []
-        for size, unit in zip(abs(u), np.eye(len(u)), strict=True):
-            step = _DIFFERENCE * max(1.0, size)
-            ends = [self.condition_values(self.orbit(u + s * unit)) for s in (step, -step)]
-            columns.append((ends[0] - ends[1]) / (2 * step))
-        return np.array(columns).T
-
-    def condition_values(self, orbit: Orbit) -> Vector:
-        """Values of the conditions at an orbit."""
-        return np.array([one.value(orbit) for one in self.conditions])
+    def row(self, orbit: Orbit, name: str) -> Vector:
+        """Gradient of a test function by the unknowns; zeros if it has no exact gradient."""
+        size, count = DURATIONS + len(self.itinerary), len(self.free)
+        if name not in EXACT:
+            return np.zeros(size - len(self.segments) + count)
+        unit = np.eye(len(orbit.values))
+        along = np.array([one.by(unit, orbit.values) for one in self.free])
+        row = gradient_of_test_function(orbit, name, along)
+        return np.array([*row[:size][self.rest], *row[size:]])
 
 
 class ExtendedSystem(OrbitEquations):
@@ -208,7 +237,8 @@ class ExtendedSystem(OrbitEquations):
     Conditions need double precision; there may be one too many if it follows from the others.
     """
 
-    # Rows of conditions: differences at first, then Broyden's updates.
+    # Rows of conditions without an exact gradient: first differences, then Broyden's updates. Their
+    # errors cost only further Newton steps.
     _rows: Matrix | None = None
     _last = _step = np.zeros(0)
 
@@ -226,7 +256,7 @@ class ExtendedSystem(OrbitEquations):
         small = root * numbers.sqrt(root)
         with np.errstate(all="ignore"):
             for iterations in range(1, _MOST_STEPS + 1):
-                found = self.evaluate(unknowns)
+                found = self._evaluate(unknowns)
                 if not all(abs(value) < float("inf") for value in found.residual):
                     return None
                 try:
@@ -237,17 +267,32 @@ class ExtendedSystem(OrbitEquations):
                 least = small if iterations < _MOST_STEPS else root
                 if max(abs(step)) <= least * (1 + max(abs(unknowns[:many]))):
                     self._rows = None
-                    return self._solution(self.evaluate(unknowns), unknowns, iterations)
+                    return self._solution(self._evaluate(unknowns), unknowns, iterations)
         return None
 
-    def gradients(self, u: Vector, values: Vector) -> Matrix:
-        """Gradients of the conditions, updated by the last step."""
+    def _evaluate(self, unknowns: Vector) -> Evaluation:
+        found = self.evaluate(unknowns)
+        inexact = [k for k, one in enumerate(self.conditions) if one.name not in EXACT]
+        if inexact:
+            which = [len(found.residual) - len(self.conditions) + k for k in inexact]
+            conditions = [self.conditions[k] for k in inexact]
+            found.by[which] = self._secants(unknowns, conditions, found.residual[which])
+        return found
+
+    def _secants(self, unknowns: Vector, conditions: list[Condition], now: Vector) -> Matrix:
+        """Gradients (many, size) of conditions with the values `now`."""
+        step = self._step
         if self._rows is None:
-            self._rows = super().gradients(u, values)
+            columns = []
+            for change in _DIFFERENCE * np.eye(len(unknowns)):
+                ahead, behind = self.orbit(unknowns + change), self.orbit(unknowns - change)
+                both = [(one.value(ahead), one.value(behind)) for one in conditions]
+                columns.append([after - before for after, before in both])
+            self._rows = np.array(columns).T / (2 * _DIFFERENCE)
         else:
-            missed = values - self._last - self._rows @ self._step
-            self._rows = self._rows + np.outer(missed, self._step) / (self._step @ self._step)
-        self._last = values
+            missed = now - self._last - self._rows @ step
+            self._rows = self._rows + np.outer(missed, step) / (step @ step)
+        self._last = now
         return self._rows
 
     def _solution(

@@ -11,7 +11,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import simulate
-from capsule_sym._orbits.continuation.conditions import EventSolution
+from capsule_sym._orbits.continuation.conditions import EventSolution, orbit_at
 from capsule_sym._orbits.continuation.kinds import DEGENERATE
 from capsule_sym._orbits.continuation.locating import matching, smooth_between
 from capsule_sym._orbits.continuation.parameter_paths import PathAxis
@@ -43,7 +43,7 @@ from capsule_sym._orbits.shooting.changes import (
 )
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, evaluated
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import newton_orbit, orbit_at
 from capsule_sym._orbits.shooting.symmetry import (
     half_orbit,
@@ -81,7 +81,7 @@ def first_half(orbit: Orbit, axes: tuple[PathAxis, ...]) -> Orbit | None:
         plain = orbit_at(far, _strobe(orbit, number).tolist(), number)
         if plain is None:
             return None
-        orbit = evaluated(orbit.numbers, orbit.values, plain.itinerary, plain.z)
+        orbit = orbit_at(orbit.numbers, orbit.values, plain.itinerary, plain.z)
     return half_orbit(orbit) if keeps_images(orbit, axes) else None
 
 

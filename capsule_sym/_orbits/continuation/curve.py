@@ -24,13 +24,14 @@ from capsule_sym._orbits.continuation.conditions import (
     evaluate_test_functions,
     has_rotations,
     noise,
+    orbit_at,
 )
 from capsule_sym._orbits.continuation.crossing import Continuation
 from capsule_sym._orbits.continuation.path import LEAST_STEP, PathRun, Step
 from capsule_sym._orbits.continuation.problem import OUT_OF_TIME, Event, SmoothEvent, Spot, Stop
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, columns_of, evaluated
+from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
 _SINGULAR_UNCERTAINTY = 1e-8
@@ -328,4 +329,4 @@ def _half(orbit: Orbit, own: int) -> tuple[Orbit, int] | None:
     except InvalidInput:
         return None
     z = turned.z[: kinds.DURATIONS + count]
-    return evaluated(orbit.numbers, orbit.values, once, z), (own - start) % n
+    return orbit_at(orbit.numbers, orbit.values, once, z), (own - start) % n

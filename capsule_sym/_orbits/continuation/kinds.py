@@ -25,12 +25,14 @@ from capsule_sym._orbits.shooting.equations import (
     Matrix,
     SegmentFlow,
     Vector,
+    shooting,
     solve,
+    touched,
 )
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, level
-from capsule_sym._orbits.shooting.orbit import Orbit, evaluated
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import halved_at, whole_orbit
-from capsule_sym._orbits.shooting.taylor import generator, guard_row, residual_series
+from capsule_sym._orbits.shooting.taylor import generator, residual_series
 from capsule_sym._parameters import Scene
 
 #: Index in z of the first segment's duration; state and forcing angle precede it.
@@ -301,11 +303,11 @@ def quadratic(orbit: Orbit, like: Vector | None = None) -> _Singular:
 
     The null vector points in the direction of `like`, a change of z.
     """
-    n = len(orbit.itinerary)
+    n, z = len(orbit.itinerary), orbit.z
     left, along = _null_vectors(orbit.system.by_z, n)
     if like is not None and like @ along < 0:
         along = -along
-    second = left @ residual_series(orbit, _along(orbit.z, along, many=3))[2]
+    second = left @ residual_series(orbit, _along(z, along, many=3))[2]
     # With a multiplier 1 + m in place of 1 the equations are singular for m = 2 b s.
     return _Singular(left, along, float(second), float(left[n:] @ along[:DURATIONS]))
 
@@ -332,7 +334,8 @@ def doubled(orbit: Orbit) -> Orbit:
         return whole_orbit(orbit)
     twice = Itinerary(2 * once.segments, 2 * once.period_number, scene=once.scene)
     z = np.array([*orbit.z, *orbit.durations])
-    return evaluated(orbit.numbers, orbit.values, twice, z)
+    system = shooting(orbit.numbers, orbit.values, twice, z)
+    return replace(orbit, itinerary=twice, z=z, system=system, iterations=0)
 
 
 def _fold(orbit: Orbit, path: ParameterPath) -> NormalForm:
@@ -374,4 +377,25 @@ def degeneracy(orbit: Orbit, segment: int) -> float:
     y = np.array([*flow.start, *numbers.cos_sin(flow.angle), 1.0])
     for _ in range(zeros + 1):
         y = generator(forms.constants(field), omega) @ y
-    return float(guard_row(forms, itinerary, end, itinerary.segments[end].guard, field) @ y)
+    return float(_row(forms, itinerary, end, itinerary.segments[end].guard, field) @ y)
+
+
+def _row(
+    forms: ClosedForms, itinerary: Itinerary, place: int, guard: Guard | None, field: int
+) -> Vector:
+    """Guard as a linear function of (state, cos, sin, 1), from its gradient and its value at 0.
+
+    A stop is the one at the end of the segment `place`.
+    """
+    cosine, c = 0.0, forms.constants(field)
+    if guard is Guard.DRIFT:
+        by, constant = c.speed_gradient(), 0.0
+    elif guard in _STOPS:
+        c = touched(forms, itinerary, place)
+        by, constant = c.gap_gradient(), -c.own_stop()
+    else:
+        way = 1 if guard is Guard.UPPER else -1
+        by = c.limit_gradient(way, 0.0, 0.0, 0.0, 0.0)
+        constant = c.pull(0, -c.own_stop(), 0, 0) - c.friction_at(way)
+        cosine = c.pull(0, 0, 0, 1) - c.pull(0, 0, 0, 0)
+    return np.array([*by[:STATES], cosine, 0.0, constant])

@@ -11,14 +11,9 @@ import numpy as np
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._native import TimeUp
 from capsule_sym._native.watch import TOLD
-from capsule_sym._orbits.continuation.conditions import EventSolution, evaluate_test_functions
+from capsule_sym._orbits.continuation.conditions import EXACT, EventSolution
 from capsule_sym._orbits.continuation.crossing import Continuation
-from capsule_sym._orbits.continuation.kinds import (
-    CUSP,
-    DEGENERATE,
-    FOLD,
-    GENERALIZED_DOUBLING,
-)
+from capsule_sym._orbits.continuation.kinds import FOLD
 from capsule_sym._orbits.continuation.locating import first_event, hides, smooth_between
 from capsule_sym._orbits.continuation.problem import (
     OUT_OF_TIME,
@@ -43,8 +38,6 @@ _LEAST_COSINE = 0.95  # of the angle between tangents before and after a step
 _LEAST_SEARCHED_STEP = 1e-5  # length above which a step is searched for pairs of bifurcations
 _CLEAR_SHARE = 0.1
 """Share of the values at the ends of a step above which a cubic counts as nonzero."""
-_WITHOUT_SLOPE = (CUSP, DEGENERATE, GENERALIZED_DOUBLING)  # not of the monodromy matrix alone
-_DIFFERENCE = 1e-6  # of the path's length, for the slope of a test function
 _SMALL_TEST = 0.3  # value of a test function below which it may vanish twice in a step
 _LEAST_RETURN = 0.25  # least share of a step that turns back to the border of the range
 
@@ -187,27 +180,22 @@ class PathRun(ABC):
             clear = share * max(slopes) if falls else 0.0
             if min(slopes) > 0 and least_slope_between(chord, slopes) < clear:
                 return True
-        names = [
-            name
-            for name in self.continuation.watched
-            if name not in _WITHOUT_SLOPE
-            and not (name == FOLD and one_parameter)
-            and old.tests[name] * new.tests[name] > 0
-            and min(abs(old.tests[name]), abs(new.tests[name])) < _SMALL_TEST
-        ]
-        sloped = [self._slopes(state) for state in (old, new)] if names else []
-        for name in names:
-            sign, ends = np.sign(old.tests[name]), [abs(one.tests[name]) for one in (old, new)]
-            slopes = sign * length * np.array([one[name] for one in sloped])
-            if slopes[0] < 0 < slopes[1] and least_between(ends, slopes) < share * min(ends):
-                return True
+        for name in EXACT:
+            if name not in self.continuation.watched or (
+                name == FOLD and len(self.problem.axes) == 1
+            ):
+                continue
+            ends = np.array([old.tests[name], new.tests[name]])
+            if ends[0] * ends[1] > 0 and min(abs(ends)) < _SMALL_TEST:
+                sides = [self._slope(name, state) * length for state in (old, new)]
+                slopes, ends = np.sign(ends[0]) * np.array(sides), abs(ends)
+                if slopes[0] < 0 < slopes[1] and least_between(ends, slopes) < share * min(ends):
+                    return True
         return False
 
-    def _slopes(self, state: Spot) -> dict[str, float]:
-        """Derivatives of test functions along the path, by forward differences."""
-        ahead = self.continuation.orbit(state.u + _DIFFERENCE * state.tangent)
-        found = evaluate_test_functions(ahead)
-        return {name: (found[name] - state.tests[name]) / _DIFFERENCE for name in found}
+    def _slope(self, name: str, state: Spot) -> float:
+        """Derivative of a test function along the path."""
+        return float(self.continuation.row(state.orbit, name) @ state.tangent)
 
     def _outside(self, u: Vector) -> tuple[int, float] | None:
         """Index and border of the first q outside [0, 1]."""
@@ -314,7 +302,7 @@ class PathRun(ABC):
         raise Stop(Status.REACHED, self.problem.where(state.orbit))
 
 
-def least_between(ends: Sequence[float], slopes: Vector) -> float:
+def least_between(ends: Vector, slopes: Vector) -> float:
     """Least value on [0, 1] of the cubic with these values and derivatives at 0 and 1."""
     return _least(_cubic(ends[1] - ends[0], slopes) + ends[0])
 

@@ -22,6 +22,7 @@ from capsule_sym._orbits.continuation.bifurcations import (
     sorted_multipliers,
 )
 from capsule_sym._orbits.continuation.branch import Branch, BranchPoint, ends
+from capsule_sym._orbits.continuation.conditions import orbit_at
 from capsule_sym._orbits.continuation.curve import Curve
 from capsule_sym._orbits.continuation.kinds import NormalForm
 from capsule_sym._orbits.continuation.parameter_paths import (
@@ -34,7 +35,7 @@ from capsule_sym._orbits.metrics.performance import performance, shown
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.equations import BY_ANGLE
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, evaluated
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import CAPSULE, Scene, SceneDevice
 from capsule_sym._parameters import scene as load_scene
 from capsule_sym._records import add_si, in_si
@@ -246,12 +247,12 @@ def _orbit(record: Record) -> Orbit:
     z = np.array([*record["state"], angle, *record["durations"]])
     itinerary = _itinerary(record["itinerary"], record["period_number"], scene)
     with backend("numpy", scene) as numbers, np.errstate(all="ignore"):
-        orbit = evaluated(numbers, values, itinerary, z)
+        orbit = orbit_at(numbers, values, itinerary, z)
         edges = [i for i, one in enumerate(itinerary.segments) if one.guard is Guard.EDGE]
         turns = round(orbit.system.residual[edges[0]] / numbers.full_turn) if edges else 0
         if turns:  # at the start, a phase of one period and 0 are the same edge
             z[BY_ANGLE] -= turns * numbers.full_turn
-            orbit = evaluated(numbers, values, itinerary, z)
+            orbit = orbit_at(numbers, values, itinerary, z)
     if not abs(orbit.residual) < _CLOSED:
         raise ValueError("no orbit")
     return orbit

@@ -24,7 +24,6 @@ from capsule_sym._orbits.shooting.equations import (
     ShootingSystem,
     Vector,
     of_core,
-    shooting,
     solve,
     touched,
 )
@@ -220,12 +219,6 @@ class NoOrbit(Orbit):
         if name.startswith("_"):
             raise AttributeError(name)
         raise AttributeError(f"there is no orbit, and so no {name}: {self.message}")
-
-
-def evaluated(numbers: Backend, values: Sequence[Number], itinerary: Itinerary, z: Vector) -> Orbit:
-    """Orbit with these unknowns, which need not be a solution, in the numbers of a backend."""
-    system = shooting(numbers, values, itinerary, z)
-    return Orbit(tuple(values), itinerary, z, system, numbers.name)
 
 
 def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
