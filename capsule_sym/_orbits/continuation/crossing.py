@@ -11,7 +11,8 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import simulate
-from capsule_sym._orbits.continuation.conditions import EventSolution, orbit_at
+from capsule_sym._orbits.continuation import conditions
+from capsule_sym._orbits.continuation.conditions import EventSolution
 from capsule_sym._orbits.continuation.kinds import DEGENERATE
 from capsule_sym._orbits.continuation.locating import matching, smooth_between
 from capsule_sym._orbits.continuation.parameter_paths import PathAxis
@@ -81,7 +82,7 @@ def first_half(orbit: Orbit, axes: tuple[PathAxis, ...]) -> Orbit | None:
         plain = orbit_at(far, _strobe(orbit, number).tolist(), number)
         if plain is None:
             return None
-        orbit = orbit_at(orbit.numbers, orbit.values, plain.itinerary, plain.z)
+        orbit = conditions.orbit_at(orbit.numbers, orbit.values, plain.itinerary, plain.z)
     return half_orbit(orbit) if keeps_images(orbit, axes) else None
 
 
