@@ -9,6 +9,7 @@ import ast
 import json
 import sys
 from collections.abc import Mapping
+from itertools import product
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -18,9 +19,13 @@ from capsule_sym._symbolic.model import declaration
 if __name__ == "__main__":  # before the modules that derive from the model of a process
     declaration.choose(declaration.home(sys.argv[1]))
 
-from capsule_sym._symbolic.model.formulas import places
+import sympy as sp
+
+from capsule_sym._symbolic.model import geometry
+from capsule_sym._symbolic.model.elimination import GAPS
+from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD
 from capsule_sym._symbolic.model.parts import spelled
-from capsule_sym._symbolic.model.symbols import MODEL, PULSES
+from capsule_sym._symbolic.model.symbols import MODEL, PULSES, v_c, v_r, x_r
 from capsule_sym.codegen._derived import read
 from capsule_sym.codegen._interface import Entry, Interface, members
 from capsule_sym.codegen.backends.python import facts
@@ -29,6 +34,42 @@ HERE = Path(__file__).resolve().parent
 RECORDS = ("state", "segment", "motion")
 """Records of the C library that the page reads from its memory."""
 SIZES = {"int32_t": 4, "int64_t": 8, "double": 8}
+
+
+def places() -> dict[tuple[int, int, int, int], str]:
+    """Surface, line or corner point by the signs of v_c, the gap and v_r, and by the excess of Q.
+
+    Of two stops the gap's sign is -2 on the one behind, and -3 beyond it. The last number is 3 (-3)
+    for Q beyond its bound, 2 (-2) for Q on it, else 0; the sign is Q's.
+    Off rest it has no meaning and is 0. A corner point on L9 is named before a line, O1 before O3.
+    """
+    levels = {3: 2 * FORWARD, 2: FORWARD, 0: sp.S.Zero, -2: -BACKWARD, -3: -2 * BACKWARD}
+    force = sp.Symbol("P_3", real=True)
+    order = geometry.POINTS
+    pieces = [geometry.PIECES[n] for n in order] + [
+        p for name, p in geometry.PIECES.items() if name not in order
+    ]
+    places = (0, 1, -1) if len(MODEL.stops) == 1 else (0, 1, -1, -2, -3)
+    found = {}
+    for v_c_sign, side, speed, level in product((0, 1, -1), places, (0, 1, -1), levels):
+        if v_c_sign and level:
+            continue
+        contact = 1 if side > 0 else 2 if side == -3 else 0
+        model = ANY_LEVEL[3 * contact + 1].pull
+        for piece in pieces:
+            values = {v_c: v_c_sign, v_r: speed, x_r: 1 + side, **dict.fromkeys(GAPS, 1)}
+            relations = [r.subs(model, force) for r in piece.relations]
+            if any(force not in r.free_symbols and _in_force(r) for r in relations):
+                continue
+            if all(bool(r.subs({**values, force: levels[level]}).simplify()) for r in relations):
+                found[v_c_sign, side, speed, level] = piece.name
+                break
+    return found
+
+
+def _in_force(relation: sp.Basic) -> bool:
+    """True if a relation constrains the pull on the other side."""
+    return len(relation.free_symbols & {x_r, v_r}) == 2
 
 
 def text() -> str:
