@@ -19,6 +19,21 @@ from capsule_sym._errors import InvalidInput
 
 WORDS = f"{__name__}.words"
 """Key of the words of the line in a command's context."""
+# Options of arguments by other names.
+_OPTIONS = {
+    "over": "shares",
+    "metric": "maximise minimise quantity",
+    "metrics": "metric",
+    "start": "state",
+    "end": "to between",
+    "starts": "state",
+    "most_periods": "max_periods",
+    "seconds": "max_seconds",
+    "threads": "workers",
+    "bounds": "over unknown",
+    "tolerance": "tolerances shares",
+    "deviation": "normal",
+}
 
 
 class Setting(NamedTuple):
@@ -83,12 +98,15 @@ class Command(click.Command):
         try:
             return super().invoke(ctx)
         except InvalidInput as error:
+            # The file of --params is named where it is read; other files are of other options.
+            field, _, part = error.field.partition(" of ")  # such as "bounds of alpha"
+            names = {field, *_OPTIONS.get(field, "").split()} - {"file"}
             for one in self.params:
                 given = ctx.get_parameter_source(str(one.name))
-                # The file of --params is named where it is read; other files are of other options.
-                named = one.name == error.field != "file" and isinstance(one, click.Option)
-                if named and given is click.core.ParameterSource.COMMANDLINE:
-                    error.field = one.opts[0]
+                ranged = field in ("to", "ranges") and ctx.params.get(str(one.name)) == error.value
+                typed = given is click.core.ParameterSource.COMMANDLINE
+                if typed and isinstance(one, click.Option) and (ranged or one.name in names):
+                    error.field = f"{one.opts[0]} {part}".rstrip()
             raise
 
 

@@ -73,7 +73,7 @@ REFUSED = [
     ),
     (
         "curve --points 4 --alpha 2:1 --gamma 2:3 --bifurcation all",
-        "alpha = (2.0, 1.0): must be an ascending range",
+        "--alpha = (2.0, 1.0): must be two ascending finite numbers",
     ),
     (
         "curve --points 4 --alpha 0.96:1 --gamma 2:3 --bifurcation all",
@@ -113,13 +113,13 @@ REFUSED = [
     ("sweep --alpha 1:2:3 --out s --workers 1025", "workers = 1025: must be a whole number from"),
     (
         "tolerances --tolerance zeta=0.1 --normal alpha=5",
-        "deviation of alpha = 5.0: must be a share",
+        "--normal alpha = 5.0: must be a share",
     ),
     (
         "tolerances --tolerance zeta=5 --normal alpha=0.1",
-        "tolerance of zeta = 5.0: must be a share",
+        "--tolerance zeta = 5.0: must be a share",
     ),
-    ("fit series.csv --unknown alpha=2:1", "bounds of alpha = (2.0, 1.0): must be two ascending"),
+    ("fit series.csv --unknown alpha=2:1", "--unknown alpha = (2.0, 1.0): must be two ascending"),
     ("explore --serve 0 --out a.html", "--serve and --out exclude each other"),
     # what is missing altogether
     ("branch", "give a range of a parameter, such as --alpha 0.1:2"),

@@ -40,7 +40,7 @@ REFUSED = {
     "--from-rest a --out a.json": "--from-rest and --out exclude each other",
     "--horseshoe --thresholds": "--horseshoe and --thresholds exclude each other",
     "--fastest a --thresholds": "--fastest and --thresholds exclude each other",
-    "--region a --max-seconds nan": "'--max-seconds': nan is not in the range x>0",
+    "--region a --max-seconds nan": "--max-seconds = nan: must be a number > 0",
     "--from-rest a --max-seconds 0": "'--max-seconds': 0.0 is not in the range x>0",
     "--thresholds --out taken/below.json": "taken is not a writable directory",
     "--from-rest a --region b": "--region and --from-rest exclude each other",
