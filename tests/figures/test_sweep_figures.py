@@ -78,9 +78,8 @@ def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, m
 @pytest.mark.parametrize("alone", [False, True])
 def test_curves_that_the_command_wrote_are_drawn(alone, stores, tmp_path, monkeypatch) -> None:
     drawn = []
-    monkeypatch.setattr(
-        cs.figures, "plot_chart", lambda _, curves, width: drawn.append(curves) or Figure()
-    )
+    draw = lambda _, curves, width: drawn.append(curves) or Figure()  # noqa: E731
+    monkeypatch.setattr("capsule_sym._figures.sweeps.plot_chart", draw)
     line = ["curve", "--alpha", "0.8:1.1", "--omega", "0.79:0.81", "--bifurcation", "adding"]
     done = run_here(*line, "--points", "1", "--json", cwd=tmp_path)
     whole = json.loads(done.stdout)
