@@ -36,7 +36,7 @@ def _attach(
 
         known = _names_of(module, loader, file)
         if name == "__all__":  # a missing dependency would make the whole `import *` fail
-            return [one for one in sorted(known) if _works(get, one)]
+            return [one for one in sorted(known) if _works(sys.modules[module], one)]
         if name not in known:
             from capsule_sym._errors import suggestion
 
@@ -72,10 +72,10 @@ def _imported(public: str, home: str, name: str) -> object:
     return found
 
 
-def _works(get: "Callable[[str], object]", name: str) -> bool:
+def _works(module: object, name: str) -> bool:
     """False for a name that cannot be imported without an extra; others raise when called."""
     try:
-        get(name)
+        getattr(module, name)
     except ImportError:
         return False
     return True

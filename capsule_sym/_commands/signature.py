@@ -89,7 +89,7 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse a line, on which an option may have _ for -, as in the name of a parameter."""
-        ctx.meta[WORDS] = args
+        ctx.meta[WORDS] = [*args]  # the parser empties its own list
         ctx.token_normalize_func = lambda word: word.replace("_", "-")
         return super().parse_args(ctx, args)
 
