@@ -20,6 +20,7 @@ from capsule_sym._compile import CORE
 from capsule_sym._folders import digest_of, digest_of_sources
 from capsule_sym.codegen import COMMAND
 from capsule_sym.codegen import __main__ as command
+from capsule_sym.codegen import _render as module
 from capsule_sym.codegen._lower import lower
 from capsule_sym.codegen._render import digest, render
 from capsule_sym.generated import capsule as generated
@@ -58,7 +59,7 @@ def copy(tmp_path: Path) -> Path:
 @pytest.fixture
 def run(rendered: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Run:
     """The command, where the derivation gives what is there."""
-    monkeypatch.setattr(command, "render", lambda: rendered)
+    monkeypatch.setattr(module, "render", lambda: rendered)
 
     def invoke(*arguments: str) -> Result:
         return CliRunner().invoke(command.main, arguments)
