@@ -56,7 +56,7 @@ MIDDLE = {
     "check": (["switches.csv"], r"exact run to period \d"),
 }
 ENDS = {
-    "verify": ["--only", "appendix.A.L1.sharp"],
+    "verify": ["--only", "cells.F1.guards"],
     "sweep": ["short.toml", "--out", "store"],
     "basin": ["--x-r", "-1:1:3", "--v-r", "-1:1:4", "--periods", "40", "--out", "store"],
     "orbit": ["--starts", "2"],

@@ -37,7 +37,7 @@ class Statement:
     """A statement of the theory, and its proof.
 
     Attributes:
-        name: Identifier, such as "appendix.A.L1.sharp".
+        name: Identifier, such as "cells.F1.guards".
         equation: Place in the paper, or of a scene's statement its field or surface.
         `says`: Text of the statement.
         check: Decides a claim: the statement is proved if `check(**claim)` is True.
