@@ -88,7 +88,7 @@ for _name, _module, _text in (
     ("orbit", "orbit", "Solve for a periodic orbit, or search for all."),
     ("branch", "branch", "Follow an orbit in a parameter, with bifurcations."),
     ("curve", "curve", "Follow bifurcations in two parameters."),
-    ("figure", "figures", "Draw a figure, branches, curves, a sweep or a basin."),
+    ("figure", "figures", "Draw branches, curves, a sweep or a basin."),
     ("sweep", "sweep", "Run a grid of parameters or starts; can be resumed."),
     ("basin", "sweep", "Run basins of attraction over a grid of starts."),
     ("attractors", "attractors", "Find all attractors of a box of starts."),

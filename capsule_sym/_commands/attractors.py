@@ -28,11 +28,10 @@ def attractors(
     """Find all attractors of a box of starts, and the fraction of starts for each.
 
     Starts are low-discrepancy points in the given ranges. Each attractor is a closed orbit, with
-    its multipliers, its mirror image if there is one, and a 95 % interval of the fraction. Starts
-    that have not settled are counted. A parameter may have a range with a count, such as --alpha
-    0.5:4:100: all attractors are then continued over it, and births and deaths are located at the
-    bifurcations of their branches. With a device progressions are in SI units, in the JSON as "si";
-    ranges of starts are dimensionless.
+    its multipliers and a 95 % interval of the fraction. Starts that have not settled are counted. A
+    parameter may have a range with a count, such as --alpha 0.5:4:100: all attractors are then
+    continued over it, and births and deaths are located at the bifurcations of their branches. With
+    a device progressions are in SI units, in the JSON as "si"; ranges of starts are dimensionless.
 
     Exits with 3 at the time limit. After Ctrl-C, as at the limit, the results so far are shown and
     written.

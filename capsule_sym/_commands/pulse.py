@@ -43,6 +43,8 @@ def pulse(
         State of the present motion. [default: 0 0 0]
     to
         State that leads to the target motion.
+    over
+        The changed parameter of the drive with its bounds: dimensionless, or of the device.
     between
         Numbers of the two motions among the attractors of the ranges below.
     most_periods

@@ -1,1 +1,1 @@
-"""Many runs of the map as one labelled, resumable result, on one core or a cluster."""
+"""Many runs of the map as one labelled, resumable result, by threads."""

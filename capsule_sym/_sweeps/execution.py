@@ -33,7 +33,7 @@ Progress = Callable[[int, int], None]
 class Summary(Ended):
     """Summary of a run: all cells, cells computed now, damaged parts found, seconds, workers.
 
-    A damaged part is a chunk or a file beside the chunks; each is computed or written again.
+    A damaged part is a chunk that cannot be read; it is computed again.
     `outcomes` has the number of cells by outcome, over all cells of the store.
     """
 

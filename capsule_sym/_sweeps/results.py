@@ -105,9 +105,9 @@ _DAMAGE = ArithmeticError, AttributeError, LookupError, OSError, RuntimeError, T
 def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     """Results of a store as an xarray Dataset.
 
-    Values are loaded on access. Dimensions and coordinates are the sweep's axes. Attributes have
-    the fixed parameters and the provenance: command, kernels, core and versions. Every result has a
-    `long_name`.
+    Values are loaded on access; a damaged chunk then raises ValueError. Dimensions and coordinates
+    are the sweep's axes. Attributes have the fixed parameters and the provenance: command, kernels,
+    core and versions. Every result has a `long_name`.
 
     `outcome` has the outcome of each cell; 0, PENDING, marks a cell that is not computed.
     `itinerary` holds codes. Its attributes `flag_values` and `flag_meanings` give their texts, with
@@ -128,8 +128,7 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     InvalidInput
-        If there is no store, or if its coordinates, metadata or chunks are damaged. In a store of
-        more than 10^7 cells only the ends of the chunks are checked.
+        If there is no store, or if its coordinates or metadata are damaged.
 
     See Also
     --------

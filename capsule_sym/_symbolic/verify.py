@@ -63,7 +63,7 @@ _HEAD = """\
 # Proved statements
 
 By `capsule-sym verify --out`, of the scene {scene}. Each proof is a computation that the command
-repeats. A *conditional* statement holds under the condition that it names, and that is proved.
+repeats.
 """
 
 
