@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from capsule_sym._errors import InvalidInput
 from capsule_sym._files import read_json
 from capsule_sym._sweeps.layout import itinerary_flags
-from capsule_sym._sweeps.quantities import ATTRACTOR
+from capsule_sym._sweeps.quantities import ATTRACTOR, Variable, variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,12 +58,30 @@ class Held:
             self.counts = [int(axis["count"]) for axis in self.head["sweep"]["axes"]]
             sides = map(int, self.head["sweep"]["chunk"])
             pairs = zip(self.counts, sides, strict=True)
-            self.chunks = math.prod(-(-count // side) for count, side in pairs)
+            self.grid = [-(-count // side) for count, side in pairs]
+            self.chunks = math.prod(self.grid)
+            self.variables = variables(self.head["sweep"]["compute"])
+            if (self.path / RESULTS / ATTRACTOR).exists():
+                self.variables |= {ATTRACTOR: Variable("i4", "number of the attractor")}
             _ = self.head["provenance"]["kernels"]
 
     def record_path(self, index: int) -> Path:
         """Path of the record of a finished chunk."""
         return self.path / CHUNKS / f"{index // 1000:06d}" / f"{index:09d}.json"
+
+    def lost(self, index: int) -> list[str]:
+        """Results of a finished chunk whose files are not there: Zarr would read them as empty."""
+        at, left = list[int](), index
+        for side in reversed(self.grid):
+            left, place = divmod(left, side)
+            at.insert(0, place)
+        return [
+            name
+            for name, one in self.variables.items()
+            if not Path(
+                self.path, RESULTS, name, "c", *map(str, at + [0] * bool(one.dimension))
+            ).is_file()
+        ]
 
     def recorded(self) -> Iterator[int]:
         """Numbers of the chunks that have a record."""
@@ -77,6 +95,8 @@ class Held:
         itineraries: dict[str, tuple[int, int]] = {}
         with undamaged(self.path):
             for index in self.recorded():
+                if lost := self.lost(index):
+                    raise ValueError(f"chunk {index} of {', '.join(lost)} is missing")
                 record = read_json(self.record_path(index), "a record", "store")
                 outcomes.update({str(k): int(v) for k, v in record["outcomes"].items()})
                 reasons.update(map(str, record["reasons"].values()))
@@ -128,7 +148,7 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     InvalidInput
-        If there is no store, or if its coordinates or metadata are damaged.
+        If there is no store, or if its coordinates or metadata are damaged, or a chunk is missing.
 
     See Also
     --------
@@ -159,8 +179,9 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
         dataset: xr.Dataset = xr.open_zarr(
             held.path / RESULTS, chunks=None, consolidated=True, zarr_format=3
         )
+        tally = held.tally()
         if "itinerary" in dataset and "flag_values" not in dataset["itinerary"].attrs:
-            dataset["itinerary"].attrs.update(itinerary_flags(held.tally().itineraries))
+            dataset["itinerary"].attrs.update(itinerary_flags(tally.itineraries))
         return dataset
 
 

@@ -44,7 +44,7 @@ class Store:
         region = self.sweep.region(index)
         try:
             found = {name: np.asarray(one[region]) for name, one in self.arrays.items()}
-            return bool(found["outcome"].all())
+            return bool(found["outcome"].all()) and not self.held.lost(index)
         except (OSError, RuntimeError, TypeError, ValueError):
             return False
 

@@ -70,7 +70,7 @@ def flip(path: Path) -> None:
     path.write_bytes(data)
 
 
-@pytest.mark.parametrize("damage", [truncate, flip])
+@pytest.mark.parametrize("damage", [delete, truncate, flip])
 def test_a_damaged_chunk_is_not_shown_and_computed_again(damage, stores, tmp_path, capsys) -> None:
     for name in ("itinerary", "outcome", "period_number"):
         path = copied(stores("sweep"), tmp_path / name)
@@ -82,6 +82,19 @@ def test_a_damaged_chunk_is_not_shown_and_computed_again(damage, stores, tmp_pat
             assert capsys.readouterr().err.count("\n") == 1
         assert run_small(path, resume=True) == 1
         assert contents(path) == contents(stores("sweep"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [("sweep", "outcome"), ("sweep", "period_number"), ("basin", "final"), ("basin", "attractor")],
+)
+def test_a_file_that_is_lost_is_named(kind: str, name: str, stores, tmp_path) -> None:
+    path = copied(stores(kind), tmp_path / "store")
+    files = [one for one in (path / "results.zarr" / name / "c").rglob("*") if one.is_file()]
+    sorted(files)[1].unlink()
+    for read in (open_results, info_record):
+        with pytest.raises(InvalidInput, match=f"chunk 1 of {name} is missing"):
+            read(path)
 
 
 @pytest.mark.parametrize("kind", KINDS)
