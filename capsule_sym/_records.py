@@ -104,9 +104,10 @@ def dumps(record: dict[str, Any]) -> str:
 
 
 def table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = ()) -> str:
-    """Rows as CSV text, with the columns of the first row, or those given where there is none."""
+    """Rows as CSV text, with the columns of all of them, or those given where there is none."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]) if rows else columns, lineterminator="\n")
+    names = dict.fromkeys(name for row in rows for name in row) or columns
+    writer = csv.DictWriter(text, list(names), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()

@@ -80,6 +80,20 @@ def test_a_branch(capsys, tmp_path: Path) -> None:
     assert [float(row["value"]) for row in rows] == [one["value"]]
 
 
+def test_a_branch_whose_halves_become_one_is_written(capsys, tmp_path) -> None:
+    """Its last bifurcation has no multipliers on the other side."""
+    given = ("--omega", "0.91:0.9", "--alpha", "1.4", "--zeta", "0.02", "--out", str(tmp_path))
+    status, out, _ = call(capsys, "branch", *given)
+    assert status == 0
+    assert "period-halved" in out
+    with (tmp_path / "bifurcations.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    kept = json.loads((tmp_path / "branch.json").read_text())["bifurcations"]
+    assert [row["label"] for row in rows] == [one["label"] for one in kept]
+    assert (kept[-1]["type"], kept[-1]["multipliers_after"]) == ("period doubling", [])
+    assert "multipliers_after" not in rows[0]
+
+
 def test_a_range_is_what_varies_from_its_first_number_to_its_second(capsys) -> None:
     """Down or up, as --along has it."""
     arguments = ("branch", "--points", "3", "--json")

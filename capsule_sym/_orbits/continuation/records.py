@@ -385,7 +385,7 @@ def _row(record: Mapping[str, Any]) -> dict[str, Any]:
     """Entries of a record as cells of a table: numbers, texts, and lists of texts as one text."""
     row: dict[str, Any] = {}
     for name, value in record.items():
-        if isinstance(value, list) and all(isinstance(one, str) for one in value):
+        if isinstance(value, list) and value and all(isinstance(one, str) for one in value):
             row[name] = " ".join(value)
         elif not isinstance(value, dict | list):
             row[name] = "" if value is None else value
