@@ -30,6 +30,7 @@ _OPTIONS = {
     "most_periods": "max_periods",
     "seconds": "max_seconds",
     "threads": "workers",
+    "store": "info",
     "bounds": "over unknown",
     "tolerance": "tolerances shares",
     "deviation": "normal",
