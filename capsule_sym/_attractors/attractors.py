@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +12,7 @@ from capsule_sym._arrays import Vector
 from capsule_sym._attractors.attractor import Attractors, closed_orbit, collected
 from capsule_sym._attractors.destinations import Arrivals, KnownOrbits
 from capsule_sym._errors import InvalidInput, Status, check_one_of
-from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real, real
 from capsule_sym._map.labelled import package
 from capsule_sym._map.many import spread
 from capsule_sym._native import Watch
@@ -137,16 +138,16 @@ def checked_starts(
         raise InvalidInput("phases", phases, "0 for a box of starts, which may have a 'phase'")
     check_count("count", count, 1, 10**6)
     names = (*parameters.scene.facts.STATE, "phase")
-    for name in starts:
+    low, high = np.zeros(4), np.zeros(4)
+    for name, ends in starts.items():
         check_one_of("starts", name, names)
-    try:
-        pairs = [np.broadcast_to(starts.get(name, 0.0), 2) for name in names]
-        low, high = np.array(pairs, dtype=float).T
-    except (TypeError, ValueError):
-        low, high = np.full(4, np.nan), np.zeros(4)
+        pair: Any = [ends, ends] if is_real(ends) else ends
+        if np.shape(pair) != (2,) or not all(map(real, pair)) or pair[0] > pair[1]:
+            raise InvalidInput(name, ends, "a finite number, or a pair (low, high)")
+        low[names.index(name)], high[names.index(name)] = pair
     wide = np.flatnonzero(high > low)
-    if not (np.isfinite([low, high]).all() and (high >= low).all() and wide.size):
-        allowed = "finite numbers or pairs (low, high) by name, one pair or more with an extent"
+    if not wide.size:
+        allowed = f"a box with an extent in one or more of {', '.join(names)}"
         raise InvalidInput("starts", dict(starts), allowed)
     points = np.tile(low, (count, 1))
     with deferred():  # compiled code of SciPy may drop an interrupt

@@ -22,6 +22,7 @@ from capsule_sym._parameters import SceneDevice, SceneParameters
 from capsule_sym._systems import System, dimensionless
 
 _BEFORE, _AFTER = 2, 4  # excitation periods shown before the pulse, and after its transient
+_LONGEST = 2**16  # excitation periods within which the end of a transient is looked for
 
 
 class PulseWindow(NamedTuple):
@@ -100,7 +101,7 @@ class Pulse(Result, Labelled):
         state = marks[(self.begins - _BEFORE) % len(marks)].tolist()
         before = simulate(usual, state, periods=_BEFORE)
         pulse = simulate(changed, marks[self.begins].tolist(), periods=self.periods)
-        return before, pulse, simulate(usual, pulse.final[1], periods=longest(self.end))
+        return before, pulse, simulate(usual, pulse.final[1], periods=self.transient + _AFTER)
 
     @property
     def work(self) -> float:
@@ -112,10 +113,17 @@ class Pulse(Result, Labelled):
         """Excitation periods after the pulse until the motion is within 0.1 % of its end."""
         if not self.periods:
             return 0
-        states, marks = self.runs[2].stroboscopic, stroboscopic(self.end)
-        apart = abs(states[:, None] - marks).max(axis=2).min(axis=1)
-        near = apart <= 1e-3 * (1 + abs(marks).max())
-        return len(near) - int(near[::-1].cumprod().sum())
+        usual, changed = self.drives
+        begin, marks = stroboscopic(self.start)[self.begins].tolist(), stroboscopic(self.end)
+        state = simulate(changed, begin, periods=self.periods, keep="final").final[1]
+        length, late = 32, 32
+        while late + len(marks) >= length < _LONGEST:
+            length *= 2
+            run = simulate(usual, state, periods=length, keep="stroboscopic")
+            apart = abs(run.stroboscopic[:, None] - marks).max(axis=2).min(axis=1)
+            near = apart <= 1e-3 * (1 + abs(marks).max())
+            late = len(near) - int(near[::-1].cumprod().sum())
+        return late
 
     @property
     def duration(self) -> float:

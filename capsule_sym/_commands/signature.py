@@ -30,6 +30,7 @@ _OPTIONS = {
     "most_periods": "max_periods",
     "seconds": "max_seconds",
     "threads": "workers",
+    "store": "info",
     "bounds": "over unknown",
     "tolerance": "tolerances shares",
     "deviation": "normal",
@@ -103,7 +104,9 @@ class Command(click.Command):
             names = {field, *_OPTIONS.get(field, "").split()} - {"file"}
             for one in self.params:
                 given = ctx.get_parameter_source(str(one.name))
-                ranged = field in ("to", "ranges") and ctx.params.get(str(one.name)) == error.value
+                own = ctx.params.get(str(one.name))
+                ranged = field in ("to", "ranges") and isinstance(own, tuple)
+                ranged = ranged and (error.value == own or error.value in own)
                 typed = given is click.core.ParameterSource.COMMANDLINE
                 if typed and isinstance(one, click.Option) and (ranged or one.name in names):
                     error.field = f"{one.opts[0]} {part}".rstrip()

@@ -204,7 +204,7 @@ def _status(
         (bound, Status.AT_BOUND, f"{', '.join(bound)} at a bound: try wider bounds"),
     ):
         if names:
-            return (cause if found.success else status), f"{message}; {text}"
+            return (cause if found.success else status), f"{message.rstrip('.')}; {text}"
     return status, message
 
 

@@ -109,11 +109,6 @@ class Program:
         values = self.values_at(u).tolist()
         return self.system.replace(**dict(zip(self.names, values, strict=True)))
 
-    def u_of(self, system: System) -> Vector:
-        """Scaled variables of a system."""
-        values = np.array([getattr(system, name) for name in self.names])
-        return np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0)
-
     def by_u(self, rows: Matrix) -> Matrix:
         """Derivatives by the scaled variables, from those by all parameters, (..., k)."""
         columns = [names_of(self.system).index(name) for name in self.names]

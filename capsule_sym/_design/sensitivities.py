@@ -28,7 +28,7 @@ from capsule_sym._parameters import CAPSULE, Scene
 Array = NDArray[np.float64]
 START = (*CAPSULE.facts.STATE, "phase")
 STATE = (*CAPSULE.facts.STATE, "x_c")
-_PHASE, _X_C = START.index("phase"), STATE.index("x_c")
+_X_C = STATE.index("x_c")
 
 
 def columns_of(scene: Scene) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, wraps
@@ -314,7 +315,13 @@ def save_figure(figure: Figure, path: str | Path, *, dpi: float | None = None) -
     with figure_style():
         drawn = BytesIO()  # a file that cannot be written is none of matplotlib's business
         about = _metadata(figure, kind)
-        figure.savefig(drawn, format=kind[1:], metadata=about, dpi=dpi or RESOLUTION)
+        # The file has no date, and matplotlib raises for one that is no number.
+        epoch = os.environ.pop("SOURCE_DATE_EPOCH", None)
+        try:
+            figure.savefig(drawn, format=kind[1:], metadata=about, dpi=dpi or RESOLUTION)
+        finally:
+            if epoch is not None:
+                os.environ["SOURCE_DATE_EPOCH"] = epoch
     write_whole(path, drawn.getvalue())
 
 

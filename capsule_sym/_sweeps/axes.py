@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arguments import checked
 from capsule_sym._errors import InvalidInput, check_one_of, counted
-from capsule_sym._map.checks import check_count, is_real
+from capsule_sym._map.checks import check_count, is_real, real
 from capsule_sym._map.result import brief
 from capsule_sym._parameters import CAPSULE, Scene, SceneDevice
 from capsule_sym._processes import sobol
@@ -61,7 +61,8 @@ class Axis:
             bad = ~((column >= low) & (column <= high))  # nan fails the comparisons
             if bad.any():
                 allowed = f"a number in [{low:.10g}, {high:.10g}] for a run"
-                raise InvalidInput(quantity, float(column[bad][0]), allowed)
+                worst = column[bad][abs(column[bad]).argmax()]
+                raise InvalidInput(quantity, float(worst), allowed)
         if self.name in known and self.quantities != (self.name,):
             raise InvalidInput("axis", self.name, f"a name that is not one of {', '.join(known)}")
 
@@ -104,7 +105,7 @@ class Axis:
 
         Raises InvalidInput for ends or a count that are not allowed.
         """
-        return cls.of(name, _spaced(np.linspace, low, high, count))
+        return cls.of(name, _spaced(np.linspace, name, low, high, count))
 
     @classmethod
     @checked
@@ -115,7 +116,7 @@ class Axis:
         """
         if not (low > 0 and high > 0):
             raise InvalidInput(name, (low, high), "> 0 for a logarithmic axis")
-        values = _spaced(np.geomspace, low, high, count)
+        values = _spaced(np.geomspace, name, low, high, count)
         return cls.of(name, values.clip(min(low, high), max(low, high)))
 
     @classmethod
@@ -135,7 +136,8 @@ class Axis:
         check_count("count", count, most=_MOST_VALUES // len(ranges))
         check_count("seed", seed, 0)
         low, high = np.array([*ranges.values()], dtype=float).T
-        values = low + (high - low) * sobol(len(ranges), count, seed)
+        with np.errstate(over="ignore"):
+            values = low + (high - low) * sobol(len(ranges), count, seed)
         return cls("sample", tuple(ranges), values)
 
     def record(self) -> dict[str, Any]:
@@ -178,8 +180,11 @@ def named(scene: Scene) -> tuple[str, ...]:
     return (*scene.facts.PARAMETERS, *START)
 
 
-def _spaced(space: Any, low: float, high: float, count: int) -> NDArray[np.float64]:
-    """Values from `low` to `high`; ends that are infinite give some that no axis takes."""
+def _spaced(space: Any, name: str, low: float, high: float, count: int) -> NDArray[np.float64]:
+    """Values from `low` to `high`; raises InvalidInput for ends that are not finite."""
     check_count("count", count, most=_MOST_VALUES)
+    for end in (low, high):
+        if not real(end):
+            raise InvalidInput(name, end, "a finite number")
     with np.errstate(all="ignore"):
         return np.asarray(space(low, high, count))

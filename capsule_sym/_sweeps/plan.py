@@ -84,7 +84,9 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
     axes, parameters, start = (plan.get(name, {}) for name in ("axes", "parameters", "start"))
     device = None
     if "device" in plan:
-        _check_table("device", plan["device"])
+        defaults = scene.facts.DEVICE_DEFAULTS
+        needed = [name for name in scene.facts.DEVICE if name not in defaults]
+        _check_table("device", plan["device"], [*scene.facts.DEVICE], needed, scene.told)
         device = scene.PhysicalParameters(**plan["device"])
         if parameters:
             raise InvalidInput("parameters", [*parameters], "absent if a device is given")
@@ -104,11 +106,12 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
 def _axis(name: str, given: Any, device: SceneDevice | None) -> Axis:
     """Axis of a plan, in SI units if it is of a device."""
     check_name(name)
+    own = device if device is not None and name in device.scene.facts.DRIVEN else None
     if isinstance(given, list | tuple):
         axis = Axis.of(name, given)
     elif not isinstance(given, Mapping):
         raise InvalidInput(name, given, "a list of values or a table")
-    elif "sobol" in given:
+    elif "sobol" in given and own is None:
         _check_table(name, given, ("sobol", "count", "seed"), needed=("count", "seed"))
         axis = Axis.sobol(given["sobol"], given["count"], given["seed"])
         return Axis(name, axis.quantities, axis.values)
@@ -117,9 +120,7 @@ def _axis(name: str, given: Any, device: SceneDevice | None) -> Axis:
         _check_table(name, given, (*ends, "spacing"), needed=ends)
         check_one_of("spacing", spacing := given.get("spacing", "linear"), ("linear", "log"))
         axis = getattr(Axis, spacing)(name, *(given[one] for one in ends))
-    if device is None or name not in device.scene.facts.DRIVEN:
-        return axis
-    return Axis.of_device(device, name, axis.values[:, 0])
+    return axis if own is None else Axis.of_device(own, name, axis.values[:, 0])
 
 
 def _check_table(

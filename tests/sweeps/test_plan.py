@@ -113,6 +113,8 @@ BAD: list[Any] = [
     # Of a device.
     *({"device": DEVICE, "axes": {"P_d": {"from": low, "to": high, "count": count}}}
       for low, high, count in ((1, HUGE, 3), ("1", 2, 3), (1, math.inf, 3), (1, 2, 10**11))),
+    {"device": DEVICE, "axes": {"P_d": SOBOL}},
+    *(setting(device=value) for value in ({}, 3, {3: 1.0}, DEVICE | {"M": 1.0})),
 ]  # fmt: skip
 
 

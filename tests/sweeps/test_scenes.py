@@ -80,9 +80,7 @@ def test_a_plan_has_a_device_of_its_scene() -> None:
     assert read.device.slope == 0.1
     alphas = [read.device.replace(P_d=force).dimensionless().alpha for force in (1.0, 2.0)]
     np.testing.assert_allclose(read.axes[0].values[:, 0], alphas, rtol=1e-15)
-    with pytest.raises(
-        InvalidInput, match=r"argument of PhysicalParameters = 'slop': must be .*did you mean slope"
-    ):
+    with pytest.raises(InvalidInput, match=r"^device = 'slop': must be .* \(scene slope\)"):
         read_plan(plan | {"device": device | {"slop": 0.1}})
 
 

@@ -607,7 +607,7 @@ def check(
     (first, second), known = names, base.scene.facts.PARAMETERS
     check_one_of("first", first, known)
     check_one_of("second", second, [name for name in known if name != first])
-    if not isinstance(ranges, Sequence) or len(ranges) != 2:
+    if not isinstance(ranges, Sequence | np.ndarray) or len(ranges) != 2:
         allowed = f"two ranges, such as ((0.1, 2.0), (3.0, 3.3)) of {first} and {second}"
         raise InvalidInput("ranges", ranges, allowed)
     pairs = [checked_ends("ranges", pair) for pair in ranges]

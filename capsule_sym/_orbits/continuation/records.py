@@ -169,7 +169,7 @@ def _origin(scene: Scene, record: Record) -> Origin:
         return Origin(_orbit(record))
     orbit = _orbit({"scene": scene.source, **record["orbit"]})
     segment, number = record["segment"], orbit.itinerary.period_number
-    if segment is not None and not 0 < segment <= len(orbit.itinerary):
+    if segment is not None and not (type(segment) is int and 0 < segment <= len(orbit.itinerary)):
         raise ValueError(f"segment {segment} of {len(orbit.itinerary)}")
     # In the record segments are counted from the start of the cyclic itinerary.
     segment = None if segment is None else segment - 1

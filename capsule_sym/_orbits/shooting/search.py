@@ -32,6 +32,7 @@ _CLOSED = 1e-6  # change over the orbit's periods below which the itinerary is r
 _REPEATED = 1e-7  # change over a turn below which a run has settled
 _ARRIVED = 1e-6  # distance, over the motion's size, below which a run is on its orbit
 _CLOSER = 1e-3  # share of its distance from an orbit to which a run should decay
+_SLACK = 10  # factor by which a run may be further from an orbit than the multipliers predict
 _FURTHER = 4096  # largest number of excitation periods to test that a run converges
 _MOST_STARTS, _LONGEST_SOUGHT = 10**6, 1024
 _MOST_NAMED = 3  # largest number of itineraries in a message
@@ -189,9 +190,11 @@ def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
     first = distance(trajectory)
     if first <= _ARRIVED * size:
         return True
-    periods = math.ceil(math.log(_CLOSER) / math.log(max(largest, _CLOSER))) * period_number
+    turns = math.ceil(math.log(_CLOSER) / math.log(max(largest, _CLOSER)))
+    turns = min(turns, max(_FURTHER // period_number, 1))
     state = [float(value) for value in trajectory.final[1]]
-    return distance(simulate(trajectory.parameters, state, periods=min(periods, _FURTHER))) < first
+    later = distance(simulate(trajectory.parameters, state, periods=turns * period_number))
+    return later <= max(_ARRIVED * size, first * min(_SLACK * largest**turns, 1.0))
 
 
 def _tested(found: Orbit) -> Orbit:
