@@ -83,9 +83,9 @@ def test_a_branch(capsys, tmp_path: Path) -> None:
 def test_a_branch_whose_halves_become_one_is_written(capsys, tmp_path) -> None:
     """Its last bifurcation has no multipliers on the other side."""
     given = ("--omega", "0.91:0.9", "--alpha", "1.4", "--zeta", "0.02", "--out", str(tmp_path))
-    status, out, _ = call(capsys, "branch", *given)
+    status, _, err = call(capsys, "branch", *given)
     assert status == 0
-    assert "period-halved" in out
+    assert "period-halved" in err
     with (tmp_path / "bifurcations.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     kept = json.loads((tmp_path / "branch.json").read_text())["bifurcations"]
