@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
@@ -99,18 +99,25 @@ class Command(click.Command):
         try:
             return super().invoke(ctx)
         except InvalidInput as error:
-            # The file of --params is named where it is read; other files are of other options.
             field, _, part = error.field.partition(" of ")  # such as "bounds of alpha"
             names = {field, *_OPTIONS.get(field, "").split()} - {"file"}
+            distinct = isinstance(error.value, str | tuple) or field == "to"
+            refused = str(error.value) if distinct else None
             for one in self.params:
                 given = ctx.get_parameter_source(str(one.name))
-                own = ctx.params.get(str(one.name))
-                ranged = field in ("to", "ranges") and isinstance(own, tuple)
-                ranged = ranged and (error.value == own or error.value in own)
-                typed = given is click.core.ParameterSource.COMMANDLINE
-                if typed and isinstance(one, click.Option) and (ranged or one.name in names):
-                    error.field = f"{one.opts[0]} {part}".rstrip()
+                typed = [str(part) for part in _parts(ctx.params.get(str(one.name)))]
+                named = one.name in names or refused in typed
+                if named and given is click.core.ParameterSource.COMMANDLINE:
+                    word = one.opts[0] if isinstance(one, click.Option) else one.human_readable_name
+                    error.field = f"{word} {part}".rstrip()
             raise
+
+
+def _parts(value: Any) -> Iterator[Any]:
+    """A value, and its parts if it is a tuple."""
+    yield value
+    for part in value if isinstance(value, tuple) else ():
+        yield from _parts(part)
 
 
 def command(epilog: str | None = None) -> Callable[[Callable[..., Any]], Command]:

@@ -59,7 +59,7 @@ REFUSED = [
     ("run --params text.toml", "alpha = '0.7' ... a real number"),
     ("run --params physical.toml --beta 2", "beta = 2.0 ... absent ... physical.toml"),
     ("jog", "jog"),
-    ("branch --along speed=0:1", "parameter = 'speed': must be one of"),
+    ("branch --along speed=0:1", "--along = 'speed': must be one of"),
     ("branch --alpha 0.5:0.5", "--alpha = 0.5: must be other than 0.5"),
     ("branch --gamma 3:0", "gamma = 0.0: must be"),
     (
@@ -88,7 +88,7 @@ REFUSED = [
     ("branch --out taken/new", "not a writable directory"),
     ("branch --alpha 1:", "'1:' is not LOW:HIGH, such as 0.1:2"),
     ("basin --x-r 0:1 --out new", "'0:1' is not LOW:HIGH:COUNT, such as 0.1:2:20"),
-    ("branch --along s=1:2", "parameter = 's': must be one of"),
+    ("branch --along s=1:2", "--along = 's': must be one of"),
     ("branch --omega 1:2 --with alpha=1-omega", "alpha = -"),
     ("branch --omega 1:2 --with alpha", "NAME=FORMULA"),
     ("run --max-seconds 0", "'--max-seconds': 0.0 is not in the range x>0"),

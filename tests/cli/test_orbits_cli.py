@@ -84,7 +84,7 @@ def test_a_branch_whose_halves_become_one_is_written(capsys, tmp_path) -> None:
     """Its last bifurcation has no multipliers on the other side."""
     given = ("--omega", "0.91:0.9", "--alpha", "1.4", "--zeta", "0.02", "--out", str(tmp_path))
     status, _, err = call(capsys, "branch", *given)
-    assert status == 0
+    assert status == 3
     assert "period-halved" in err
     with (tmp_path / "bifurcations.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -239,7 +239,10 @@ def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> Non
     period_numbers = [one["points"][-1]["period_number"] for one in (record, *record["switched"])]
     assert period_numbers == [1, 2]
     for line, words in (
-        (("--restart", file, "PD2", "--to", "1"), "label = 'PD2': must be one of PD1, EP1, EP2"),
+        (
+            ("--restart", file, "PD2", "--to", "1"),
+            "--restart = 'PD2': must be one of PD1, EP1, EP2",
+        ),
         (("--restart", file, "PD1", "--to", "zeta="), "'' is not a valid float"),
     ):
         status, out, err = call(capsys, "branch", *line)

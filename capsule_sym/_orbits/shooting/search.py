@@ -194,7 +194,7 @@ def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
     turns = min(turns, max(_FURTHER // period_number, 1))
     state = [float(value) for value in trajectory.final[1]]
     later = distance(simulate(trajectory.parameters, state, periods=turns * period_number))
-    return later <= max(_ARRIVED * size, first * min(_SLACK * largest**turns, 1.0))
+    return bool(later <= max(_ARRIVED * size, first * min(_SLACK * largest**turns, 1.0)))
 
 
 def _tested(found: Orbit) -> Orbit:
