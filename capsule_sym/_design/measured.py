@@ -133,7 +133,7 @@ class Measurements(dict[str, NDArray[np.float64]]):
         """Number of rows, and the columns with their units, as a sentence."""
         named = [f"{name} in {self.units[name]}" if self.units[name] else name for name in self]
         count = len(next(iter(self.values()), ()))
-        return f"read {count:,} row{'s' * (count != 1)}: {', '.join(named)}"
+        return f"{count:,} row{'s' * (count != 1)}: {', '.join(named)}"
 
 
 def read_measured(path: str | PathLike[str]) -> Measurements:
@@ -179,7 +179,7 @@ def read_measured(path: str | PathLike[str]) -> Measurements:
     ...     _ = file.write_text("t [s];x_m [mm]\n0;0\n0,5;\n1;2,5\n")
     ...     data = cs.inputs.read_measured(file)
     >>> print(data.message)
-    read 3 rows: t in s, x_m in mm
+    3 rows: t in s, x_m in mm
     >>> print(data["x_m"])  # in metres
     [0.        nan 0.0025]
     """

@@ -29,17 +29,24 @@ def table(
     gap: int = 1,
     console: Console | None = None,
 ) -> None:
-    """Print texts as a table with a line below its head; columns in `right` are right-aligned."""
+    """Print texts as a table with a line below its head; columns in `right` are right-aligned.
+
+    A word or a number is never divided: a table of long ones is wider than its terminal.
+    """
     from rich import box
+    from rich.cells import cell_len
     from rich.table import Table
 
     made = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, gap, 0, 0), pad_edge=False)
-    for name in columns:
+    names, cells = [*columns], [[*row] for row in rows]
+    for name, *column in zip(names, *cells, strict=True):
         side: Any = "right" if name in right else "left"
-        made.add_column(name, justify=side, overflow="fold")
-    for row in rows:
+        words = (word for cell in (name, *column) for word in str(cell).split())
+        least = max(map(cell_len, words), default=0)
+        made.add_column(name, justify=side, overflow="fold", min_width=least)
+    for row in cells:
         made.add_row(*row)
-    (console or make_console()).print(made)
+    (console or make_console()).print(made, crop=False)
 
 
 def grid(rows: Iterable[tuple[str, str]]) -> None:

@@ -83,7 +83,7 @@ def test_fit_finds_the_parameters_of_a_file(call, tmp_path) -> None:
         len(list(csv.DictReader((tmp_path / "found" / "fit.csv").read_text().splitlines()))) == 240
     )
     status, out, _ = call("fit", "data.csv", "--alpha", "0.85", "--unknown", "alpha")
-    assert "read 120 rows: t, x_m, x_c" in out
+    assert "120 rows: t, x_m, x_c" in out
     assert "values           alpha 0.8" in out
 
 

@@ -50,9 +50,9 @@ def test_dialects_are_detected(text: str, encoding: str, tmp_path: Path) -> None
 
 def test_one_line_says_what_was_read(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes("t [s];x_m [µm];x_c\n0;1;2\n".encode("latin-1"))
-    assert inputs.read_measured(tmp_path / "a.csv").message == "read 1 row: t in s, x_m in μm, x_c"
+    assert inputs.read_measured(tmp_path / "a.csv").message == "1 row: t in s, x_m in μm, x_c"
     (tmp_path / "a.csv").write_bytes(codecs.BOM_UTF16_BE + GERMAN.encode("utf-16-be"))
-    assert inputs.read_measured(tmp_path / "a.csv").message == "read 4 rows: t, x_m"
+    assert inputs.read_measured(tmp_path / "a.csv").message == "4 rows: t, x_m"
 
 
 @pytest.mark.parametrize(
