@@ -144,5 +144,5 @@ def test_ctrl_c_in_the_middle_is_one_line(name: str, columns: int, colour: bool)
 def test_progress_is_gone_in_the_end(name: str, columns: int, colour: bool) -> None:
     found = in_terminal("-m", "benchmarks", name, *ENDS[name], columns=columns, colour=colour)
     assert found.status == 0, found.written
-    assert re.search(r"Checking [^\r\n]*\(\d+ s\)", found.written)
+    assert re.search(r"(Checking|Comparing) [^\r\n]*\(\d+ s\)", found.written)
     assert_clean(found, colour)
