@@ -48,7 +48,7 @@ def call(*arguments: str, cwd: Path, code: str = "") -> subprocess.CompletedProc
         ("folder b.json --out x.png", "folder is drawn alone: leave b.json out"),
         ("b.json --of loud --out x.png", "loud"),
         ("b.json --curve b.json --out x.png", "--curve is for sweeps, which b.json is not"),
-        ("b.json --out x.png", "file = 'b.json'"),
+        ("b.json --out x.png", "RESULT = 'b.json'"),
         ("b.json --out b.json/x.png", "'--out': 'b.json/x.png' cannot be written"),
     ],
 )
