@@ -108,8 +108,8 @@ class Command(click.Command):
                 typed = [str(part) for part in _parts(ctx.params.get(str(one.name)))]
                 named = one.name in names or refused in typed
                 if named and given is click.core.ParameterSource.COMMANDLINE:
-                    argument = one.human_readable_name.rstrip(".")
-                    word = one.opts[0] if isinstance(one, click.Option) else argument
+                    shown = one.human_readable_name.rstrip(".")
+                    word = one.opts[0] if isinstance(one, click.Option) else shown
                     error.field = f"{word} {part}".rstrip()
             raise
 

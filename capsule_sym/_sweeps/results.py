@@ -83,6 +83,11 @@ class Held:
             ).is_file()
         ]
 
+    def check(self, index: int) -> None:
+        """Raise ValueError if a file of a finished chunk is lost."""
+        if lost := self.lost(index):
+            raise ValueError(f"chunk {index} of {', '.join(lost)} is missing")
+
     def recorded(self) -> Iterator[int]:
         """Numbers of the chunks that have a record."""
         for entry in sorted((self.path / CHUNKS).glob("*/*.json")):
@@ -95,8 +100,7 @@ class Held:
         itineraries: dict[str, tuple[int, int]] = {}
         with undamaged(self.path):
             for index in self.recorded():
-                if lost := self.lost(index):
-                    raise ValueError(f"chunk {index} of {', '.join(lost)} is missing")
+                self.check(index)
                 record = read_json(self.record_path(index), "a record", "store")
                 outcomes.update({str(k): int(v) for k, v in record["outcomes"].items()})
                 reasons.update(map(str, record["reasons"].values()))
@@ -179,9 +183,10 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
         dataset: xr.Dataset = xr.open_zarr(
             held.path / RESULTS, chunks=None, consolidated=True, zarr_format=3
         )
-        tally = held.tally()
+        for index in held.recorded():
+            held.check(index)
         if "itinerary" in dataset and "flag_values" not in dataset["itinerary"].attrs:
-            dataset["itinerary"].attrs.update(itinerary_flags(tally.itineraries))
+            dataset["itinerary"].attrs.update(itinerary_flags(held.tally().itineraries))
         return dataset
 
 
