@@ -14,7 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._attractors.neighbourhoods import NONE, Runs, spectral_radii, stroboscopic
+from capsule_sym._attractors.neighbourhoods import (
+    NEUTRAL,
+    NONE,
+    Runs,
+    spectral_radii,
+    stroboscopic,
+)
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.many import spread
 from capsule_sym._map.steady import LONGEST
@@ -23,8 +29,6 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import Scene
 
-NEUTRAL = 1e-9
-"""Distance below 1 of a multiplier within rounding."""
 # The following are distances over 1 + the largest entry of the states.
 _REPEATED, _SETTLED = 1e-12, 1e-9  # change of a run that has settled: within rounding; at its end
 _ROUNDING = 1e-11  # changes that rounding may put in any order

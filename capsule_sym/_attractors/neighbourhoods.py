@@ -28,6 +28,10 @@ NONE = -1
 """Number of a start that leads to none of the attractors."""
 SHARE = 0.1
 """Share of the time left for runs side by side, since those the core cannot decide need more."""
+MOST_OPEN = 100
+"""Segments of a run that the core may fail to decide, before the run counts as unknown."""
+NEUTRAL = 1e-9
+"""Distance below 1 of a multiplier within rounding."""
 
 _SHELLS = 4.0 ** -np.arange(1, 13)  # radii over the orbit's size: from its quarter down to rounding
 _DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
@@ -35,7 +39,6 @@ _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1)[:, None]
 # A plane nearer to the centre than this share of a shell's radius cuts off more than a third of
 # the shell, and so some of the directions: another itinerary there is detected.
 _INSIDE = 0.25
-_MOST_OPEN = 100  # segments of a run that the core may fail to decide, before it counts as unknown
 
 
 class Runs:
@@ -53,7 +56,7 @@ class Runs:
     ) -> Trajectories:
         """Runs at parameter rows from states and phases; raises TimeUp after the time limit."""
         check_time()
-        of: dict[str, Any] = {"max_seconds": self.share * present().left, "max_open": _MOST_OPEN}
+        of: dict[str, Any] = {"max_seconds": self.share * present().left, "max_open": MOST_OPEN}
         of |= {"threads": self.threads, "scene": self.scene, "keep": keep}
         found = simulate_many(rows, states, phases, periods, **of)
         check_time()

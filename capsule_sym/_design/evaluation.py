@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Vector
+from capsule_sym._attractors.neighbourhoods import MOST_OPEN, NEUTRAL
 from capsule_sym._map.drift import drifts
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import simulate_many
@@ -32,7 +33,6 @@ from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Scene, SceneParameters
 from capsule_sym._processes import processors
 
-_NEUTRAL = 1e-9  # distance from 1 within which a multiplier is 1 up to rounding
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 
 
@@ -103,7 +103,7 @@ def drifting(
         progression=metrics["progression"],
         way=metrics["friction_loss"] / np.min(bounds, axis=0, initial=np.inf),
         segments=np.count_nonzero(fields, axis=1),
-        attracting=np.asarray(multipliers) < 1 - _NEUTRAL,
+        attracting=np.asarray(multipliers) < 1 - NEUTRAL,
         scene=scene,
     )
 
@@ -166,7 +166,6 @@ _NEAR = 1e-2  # distance of the closed motion from its run
 FIRST, _MOST = 64, 1024
 """Excitation periods of the first stretch of a run and of the last: within these a motion settles
 at a damping of 0.003."""
-_MOST_OPEN = 100  # segments of a run that the core may fail to decide, before it counts as unknown
 UNKNOWN = -1
 _ARRIVED = 1e-7  # distance at which a run has arrived at its motion
 
@@ -200,7 +199,7 @@ def settle_many(
     first: int = FIRST,
     most: int = _MOST,
     gradients: bool = False,
-    max_open: int = _MOST_OPEN,
+    max_open: int = MOST_OPEN,
     scene: Scene,
 ) -> Settled:
     """Motions on which starts (n, 3) settle, at rows (n, k) of the parameters of a scene.

@@ -6,9 +6,7 @@ so that its guard stays zero; in the next segment this is the saltation.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,19 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._arguments import checked
 from capsule_sym._errors import check_one_of, counted
 from capsule_sym._map import Trajectory, evaluation
-from capsule_sym._map.expansion import Guard
 from capsule_sym._map.native import core
 from capsule_sym._map.result import brief
 from capsule_sym._native import check_time, present
-from capsule_sym._orbits.shooting.closed import ClosedForms, guard_by
-from capsule_sym._orbits.shooting.equations import BY_TIME, total
-from capsule_sym._orbits.shooting.itinerary import contact, drift, guard_between
 from capsule_sym._parameters import CAPSULE, Scene
 
 Array = NDArray[np.float64]
 START = (*CAPSULE.facts.STATE, "phase")
 STATE = (*CAPSULE.facts.STATE, "x_c")
-_X_C = STATE.index("x_c")
 
 
 def columns_of(scene: Scene) -> tuple[str, ...]:
@@ -152,53 +145,3 @@ def sensitivities(run: Trajectory, t: ArrayLike) -> Sensitivities:
     ends = records["end_period"] * run.parameters.period + records["end_angle"] / omega
     states, by, rates = run(times, position=True), slopes[..., :-1], slopes[..., -1]
     return Sensitivities(times, states, by, rates, ends[:-1], switches, scene)
-
-
-def derivatives(
-    forms: ClosedForms, record: Any, state: Array, angle: Array, h: float
-) -> tuple[Array, Array]:
-    """Derivatives (4, n) of the state after a part h of a segment, and by h, (4,).
-
-    `state` and `angle` have those of state and forcing angle at the segment's start.
-    """
-    field, start = int(record["field"]), record["start"]
-    known = (record[name] for name in ("margin", "cosine", "sine"))
-    closed = forms.numbers.kernels.Start(start[0], record["gap"], *start[1:], *known)
-    rows = forms.run(field, forms.constants(field), closed, h)[1].copy()
-    if not drift(field, forms.scene):
-        rows[STATE.index("v_c"), STATE.index("v_c")] = 1.0
-    carried = np.insert(np.vstack([state[:_X_C], angle]), BY_TIME, 0.0, axis=1)
-    every: Array = total(rows, carried[:_X_C], carried[_X_C], BY_TIME)
-    by = np.delete(every, BY_TIME, axis=1)
-    by[_X_C] += state[_X_C]
-    return by, every[:, BY_TIME]
-
-
-def duration_by(
-    forms: ClosedForms, record: Any, following: int, by: Array, rate: Array, angle: Array
-) -> Array:
-    """Derivatives (n,) of a segment's duration, from those of the state and angle at its end."""
-    field, scene, omega = int(record["field"]), forms.scene, forms.value("omega")
-    level, names = scene.facts.LEVELS, columns_of(scene)
-    if level[field] != level[following]:  # an edge of the drive, at an angle of its own
-        edge = np.zeros(len(names))
-        if level[following]:
-            edge[names.index("D")] = math.tau
-        return (edge - angle) / float(omega)
-    if (guard := ending_guard(field, following, scene)) is None:
-        return np.zeros(len(names))
-    touching = guard is Guard.GAP and contact(following, scene)
-    c, (x_r, v_r, _) = forms.constants(following if touching else field), record["end"]
-    turned = forms.numbers.cos_sin(float(record["end_angle"]))
-    ended = np.insert(angle, BY_TIME, omega)
-    every = np.insert(by[:_X_C], BY_TIME, rate[:_X_C], axis=1)
-    row = guard_by(c, guard, x_r - c.own_stop(), v_r, every, turned, ended)
-    return np.delete(row, BY_TIME) / -float(row[BY_TIME])
-
-
-def ending_guard(field: int, following: int, scene: Scene) -> Guard | None:
-    """Guard that ends a segment: that of the contact first; None if the field stays."""
-    if contact(field, scene) != contact(following, scene):
-        return Guard.GAP
-    same = drift(field, scene) == drift(following, scene)
-    return None if same else guard_between(field, following, scene)
