@@ -29,7 +29,7 @@ from capsule_sym._processes import sobol
 
 SAME = 1e-3
 """Least difference of two points in both metrics, a share of the ranges of the front."""
-_STARTS = 6  # searches for each end, half of those of an optimum: the survey may better it
+_SEARCHES = 6  # for each end, half of those of an optimum: the survey may better it
 _PIECES = 2  # on which a point is searched: with more a front with riddled basins takes a minute
 _BRANCHES = 2  # from which a point is searched: where a front jumps, two are nearly as good
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
@@ -67,7 +67,7 @@ class FrontSearch:
     def run(self, samples: int, seed: int) -> None:
         """Find the ends, the approximate front between them, and the points."""
         for one in self.searches:
-            one.run(samples, seed, _STARTS)
+            one.run(samples, seed, _SEARCHES)
         if all(one.optima for one in self.searches):
             high, low = (self.made(one.optimum) for one in self.searches)
             self.between(low, high, samples, seed)
@@ -134,7 +134,7 @@ class FrontSearch:
         places = search.descents(_BRANCHES)
         if not places or places[0].beyond:
             return None
-        found = search.solved(places[0], _PIECES) or search.bounded(places[0])
+        found = search.solved(places[0], _PIECES) or search.unsolved(places[0])
         limit = len(self.program.limits)
         return self.made(found, optimum_of(found).constraints[limit].multiplier or math.nan)
 

@@ -1,8 +1,10 @@
-"""Optimisation: a survey chooses starts, each is searched, and the best is polished.
+"""Optimisation: a survey chooses places, each is searched from, and the best is polished.
 
-From each start SciPy's SLSQP follows the motion. The best places on its way to which the start
-leads are polished to conditions of an optimum. If these are not solved, as at a basin boundary, a
-population around the best place finds the best that the start leads to.
+SciPy's SLSQP follows the motion of each place by continuation, also where the start state no longer
+settles on it. Of the places it passes the best is kept on whose motion the start state settles. The
+best of these are polished to the conditions of an optimum. If none is solved that is as good as an
+unsolved place, as at a basin boundary, populations around that place improve it. The result is then
+the best of them, and no conditions are solved.
 """
 
 from __future__ import annotations
@@ -32,9 +34,9 @@ from capsule_sym._map.result import record
 from capsule_sym._native import check_time
 
 _GENERATIONS = 60  # of a population, at most: its places are then close to each other
-_STARTS = 12  # of searches: two for each of six variables
-_TRIED = 8  # best places on the way of a search that may be its end: bounds the runs after one
-_POLISHED = 2  # places of which conditions are solved: bounds their time
+_SEARCHES = 12  # at most, for any number of variables: two for each of six
+_TRIED = 8  # best places of a search that are checked by a run from the start state
+_POLISHED = 2  # places polished: the second only if the first gives nothing as good
 # Shares of each range: reaches of the populations around a place. The best of the first is often at
 # its edge, so that the second has the same reach; the third is for the last digits.
 _REACHES = 0.02, 0.02, 2e-4
@@ -48,7 +50,7 @@ class Optimisation:
         self.survey = survey
         self.evaluations, self.followed, self.samples = 0, 0, 0
         self.best: Place | None = None
-        """Best place that the start leads to."""
+        """Best place on whose motion the start state settles."""
         self.optima: list[LocalOptimum] = []
         self.found: Optimum | None = None
 
@@ -71,31 +73,34 @@ class Optimisation:
         """Best optimum."""
         return min(self.optima, key=lambda one: one.place.objective)
 
-    def run(self, samples: int, seed: int, starts: int = _STARTS) -> None:
-        """Survey, search from the best places, and polish the best of what the start leads to."""
+    def run(self, samples: int, seed: int, searches: int = _SEARCHES) -> None:
+        """Survey, search from the best places, and polish the best of what the searches pass."""
         self.samples = samples
-        self.survey.run(samples, seed)
+        self.survey.run(samples, seed)  # in a share of the time; sets the units
         check_time()
         if self.survey.flat:
             self.found = self.ended(Status.FLAT, self.survey.flat)
             return
         self.survey.evolve(_GENERATIONS)
-        places = self.descents(starts)
+        places = self.descents(searches)
         self.polish(places)
         self.found = self.conclude(places)
 
-    def descents(self, starts: int) -> list[Place]:
-        """Best places of searches from so many starts, the best first."""
-        begin = map(self.program.begin, self.survey.starts(starts))
-        return sorted(filter(None, map(self.descend, begin)), key=lambda place: place.rank)
+    def descents(self, searches: int) -> list[Place]:
+        """Best places of at most so many searches, the best first."""
+        firsts = map(self.program.begin, self.survey.starts(searches))
+        return sorted(filter(None, map(self.descend, firsts)), key=lambda place: place.rank)
 
     def descend(self, first: Place | None) -> Place | None:
-        """Best place that the start leads to on the way of a search from one."""
+        """Best place of a search from one, among those on whose motion the start state settles.
+
+        It settles on that of the first one. None if that has no finite derivatives.
+        """
         self.followed += 1
         self.program.tell(f"search {self.followed}")
         if first is None:
             return None
-        best = next(filter(self.start_reaches, self.search(first)[:_TRIED]), first)
+        best = next(filter(self.settles_there, self.search(first)[:_TRIED]), first)
         if self.best is None or best.rank < self.best.rank:
             self.best = best
         check_time()
@@ -108,39 +113,39 @@ class Optimisation:
         return places
 
     def polish(self, places: Sequence[Place]) -> None:
-        """Polish the best places; around the best without conditions a population evolves."""
+        """Polish the best places; if one that is not solved is still the best, improve it."""
         unsolved = list[Place]()
         for place in places[:_POLISHED]:
-            if place.beyond or place.objective > self.level - KEPT:
-                continue
+            if place.beyond or place.objective > self.least - KEPT:
+                continue  # no better than an optimum so far
             if found := self.solved(place):
                 self.optima.append(found)
             else:
                 unsolved.append(place)
-        if unsolved and unsolved[0].objective < self.level - KEPT:
-            self.optima.append(self.bounded(self.improved(unsolved[0])))
+        if unsolved and unsolved[0].objective < self.least - KEPT:
+            self.optima.append(self.unsolved(self.improved(unsolved[0])))
 
     def solved(self, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
-        """Optimum next to a place, if the start leads to it; None if none is found."""
+        """Optimum next to a place, on whose motion the start state settles; None if not found."""
         check_time()
         found = polish(self.program, place, pieces)
-        if found and found.kkt_satisfied and self.start_reaches(found.place):
+        if found and found.kkt_satisfied and self.settles_there(found.place):
             return with_limit(found)
         return None
 
     @property
-    def level(self) -> float:
-        """Value to improve."""
+    def least(self) -> float:
+        """Least objective of the optima so far, or limit of it; infinite without any."""
         values = [np.fmin(one.limit, one.place.objective) for one in self.optima]
         return float(min(values, default=np.inf))
 
-    def start_reaches(self, place: Place) -> bool:
-        """True if the start leads to the motion of a place."""
+    def settles_there(self, place: Place) -> bool:
+        """True if the start state settles on a motion of the same objective, so on the place's."""
         found = self.program.begin(place.u)
         return found is not None and bool(np.isclose(place.objective, found.objective, KEPT, KEPT))
 
     def improved(self, place: Place) -> Place:
-        """Best place that the start leads to, next to a given one, by populations around it."""
+        """Best place by populations around one, on motions on which the start state settles."""
         for reach in _REACHES:
             low, high = np.maximum(place.u - reach, 0.0), np.minimum(place.u + reach, 1.0)
             bounds = [*zip(low, high, strict=True)]
@@ -155,11 +160,17 @@ class Optimisation:
         self.evaluations += len(u)
         return evaluate(self.program, u).merit(self.program)
 
-    def bounded(self, place: Place) -> LocalOptimum:
-        """Place that no conditions hold, and what bounds it."""
-        kind = KINK
-        if self.search(place)[0].rank < (place.beyond, place.objective - KEPT):
-            kind = BASIN  # the motion is better beyond
+    def unsolved(self, place: Place) -> LocalOptimum:
+        """Place taken as the best though no conditions are solved, and what bounds it.
+
+        That is a basin boundary if continuation finds better motions on which the start state does
+        not settle, a bifurcation next to it, or else a kink.
+        """
+        level, kind = (place.beyond, place.objective - KEPT), KINK
+        better = [one for one in self.search(place)[:_TRIED] if one.rank < level]
+        place = next(filter(self.settles_there, better), place)
+        if better and place is not better[0]:
+            kind = BASIN
         elif self.program.margin is None and place.motion.multiplier > 1 - MARGIN:
             kind = bifurcation_of(place.motion)
         found = balanced(self.program, place)
@@ -177,11 +188,16 @@ class Optimisation:
             return self.ended(Status.TIME_LIMIT, "no place is known")
         if not np.any(numbers > 0):
             return self.ended(Status.NO_MOTION, "the start leads to no periodic motion")
+        if not program.texts:
+            message = "at no place to search from are the metric's derivatives finite"
+            return self.ended(Status.NOT_CONVERGED, message)
         return self.ended(Status.INFEASIBLE, _UNSATISFIED + " and ".join(program.texts))
 
     def unfinished(self) -> Optimum:
-        """Result at the time limit: the best place that was found."""
+        """Result at the time limit: the best optimum or other place that was found."""
         cells, place = self.survey.cells, self.best
+        if place and self.optima and self.optimum.place.objective <= place.objective + KEPT:
+            place = self.optimum.place
         merit = cells.merit(self.program)
         if place is None and np.isfinite(merit).any():
             place = self.program.begin(cells.u[merit.argmin()])

@@ -30,7 +30,7 @@ from capsule_sym._processes import sobol
 
 MEMBERS = 6
 """Members of a population for each variable: SciPy has 15, but these are the best of many."""
-_SHARE = 0.3  # share of the time that is left: searches and polish take the rest
+_SHARE = 0.3  # of the time that is left: evolution, searches and polish take the rest
 _APART = 0.02  # distance of two starts, a share of each range: nearer ones end at one optimum
 
 

@@ -166,5 +166,42 @@ def test_the_start_has_to_lead_to_the_motion_of_an_optimum() -> None:
     )
     place, other = first.begin(u), second.begin(u)
     assert place.objective * other.objective < 0
-    assert Optimisation(Survey(first)).start_reaches(place)
-    assert not Optimisation(Survey(first)).start_reaches(other)
+    assert Optimisation(Survey(first)).settles_there(place)
+    assert not Optimisation(Survey(first)).settles_there(other)
+
+
+# On one branch of smooth orbits alpha = 0.9645 is best (speed_per_work, the example of `optimise`).
+SMOOTH, BEST = {"alpha": (0.9, 1.0)}, 0.9645
+
+
+def smooth_search():
+    """Search with a place off the optimum of a smooth problem, and one next to it."""
+    program = program_of("speed_per_work", SMOOTH, None, True, (), None)
+    search = Optimisation(Survey(replace(program, unit=2.0**-12)))
+    off, near = (search.program.begin(np.array([u])) for u in (0.2, 0.64))
+    return search, off, near
+
+
+def test_a_place_is_at_no_basin_boundary_if_the_start_settles_where_it_is_better() -> None:
+    search, off, _ = smooth_search()
+    found = search.unsolved(off)
+    assert found.bifurcation == "kink"
+    assert found.program.system_at(found.place.u).alpha == pytest.approx(BEST, abs=1e-3)
+
+
+def test_a_place_is_at_a_basin_boundary_if_it_is_better_where_the_start_settles_elsewhere(
+    monkeypatch,
+) -> None:
+    search, off, _ = smooth_search()
+    monkeypatch.setattr(search, "settles_there", lambda place: False)
+    found = search.unsolved(off)
+    assert (found.bifurcation, found.place) == ("basin boundary", off)
+
+
+def test_the_time_limit_keeps_an_optimum_that_was_found() -> None:
+    search, off, near = smooth_search()
+    search.best = off
+    search.optima = [search.solved(near)]
+    found = search.result
+    assert found.status == "time-limit"
+    assert found.over["alpha"] == pytest.approx(BEST, abs=1e-4)
