@@ -305,8 +305,9 @@ def plot_metric(
     """A metric of a sweep's cells, such as the average velocity, over its one or two axes.
 
     Over two axes a colour bar has the scale, in two hues around 0 where the metric has both signs;
-    its arrow stands for outliers. Grey are cells without a result, such as the cost of a capsule
-    that does not advance. Over one axis each cell is a dot.
+    its arrow stands for outliers. Grey are cells that have not settled, those without a result, and
+    those of an infinite metric, such as the cost of a capsule that does not advance. Over one axis
+    each cell with a finite value is a dot.
 
     Parameters
     ----------
