@@ -417,8 +417,8 @@ def metric_of(results: xr.Dataset, name: str) -> xr.DataArray:
         for one, derived in with_derived(metrics, bounds, facts.BOUNDS).items():
             known.setdefault(one, velocity.copy(data=derived.value).where(velocity.notnull()))
     if name not in known:
-        allowed = ", ".join(one for one in METRICS if one in known) or "progression or energies"
-        raise InvalidInput("metric", name, f"what the sweep computes: {allowed}")
+        has = ", ".join(m for m in METRICS if m in known) or "none; compute progression or energies"
+        raise InvalidInput("metric", name, f"a metric that the sweep has: {has}")
     attributes = results[name].attrs if name in results else {}
     if units is not None:
         attributes = {"si_units": UNITS[name].name, "si_scale": scale_of(units, name)}
