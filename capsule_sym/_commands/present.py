@@ -112,8 +112,9 @@ def certificates(path: Path | None, found: Sequence[Certified], limit: Watch) ->
                 f"{counted(sum(len(one['fields']) for one in proved), 'segment')}, switch by switch"
             )
         else:
-            stable = sum(one.get("stable", False) for one in proved)
-            claims = f"existence, uniqueness, itinerary; {stable} stable"
+            said = [("unstable", "stable")[one["stable"]] for one in proved if "stable" in one]
+            kinds = "".join(f"; {said.count(kind)} {kind}" for kind in sorted({*said}))
+            claims = f"existence, uniqueness, itinerary{kinds}"
         click.echo(f"proved {len(proved)} ({claims}), wrote {path}", err=True)
     if failed:
         fail(f"not proved: {'; '.join(failed)}", 4)
