@@ -60,7 +60,8 @@ def continue_attractors(
     name : str
         Name of the parameter that varies. With `ties` it may be a new name.
     values : array_like of shape (m,), two or more, ascending
-        Values of this parameter, dimensionless. Starts times values are at most 10^7.
+        Values of this parameter. Dimensionless; a new name has the units of its ties. Starts times
+        values are at most 10^7.
     starts : array_like of shape (n, 3), or mapping of str to float or (low, high)
         Start states (x_r, v_r, v_c), dimensionless, or a box, as in `attractors`. They are the same
         at all values.
@@ -84,8 +85,8 @@ def continue_attractors(
     -------
     ContinuedAttractors
         `branches` has one attractor each, with its `values`, `fractions`, `birth` and `death`.
-        `unsettled` has the number of unsettled starts at each value. All quantities are
-        dimensionless.
+        `unsettled` has the number of unsettled starts at each value. `status` is "finished" or
+        "time-limit". All quantities are dimensionless; a new name has the units of its ties.
 
     Raises
     ------

@@ -193,9 +193,9 @@ class KnownOrbits(Runs):
     def approached(self, states: Vector) -> list[Cycle | None]:
         """Stable orbit that the run of each row approaches from a state at phase 0, (m, 3).
 
-        Newton's method finds the orbit, and the run then comes nearer to it by a tenth, in the time
-        in which it attracts by a hundredth. None for a run that approaches none, none of at most 16
-        periods, or one so slowly that this takes more than 2^15 periods.
+        Newton's method finds the orbit. The distance of the run from it then shrinks to a tenth, in
+        the time in which a small one shrinks to a hundredth. None for a run that approaches none,
+        none of at most 16 periods, or one so slowly that this takes more than 2^15 periods.
         """
         found: list[Cycle | None] = [None] * len(states)
         good, marks = self._marks(self.rows, states, 0.0, 2 * LONGEST)

@@ -49,8 +49,9 @@ class PulseWindow(NamedTuple):
 class Pulse(Result, Labelled):
     """A change of the drive for some periods that leads from one attractor to another.
 
-    In SI units if the system is a device, else dimensionless. Without a pulse `value`, `work` and
-    `interval` are nan, `periods` and `transient` 0.
+    In SI units if the system is a device, else dimensionless. Without a pulse `value`, `work`,
+    `interval` and `state` are nan, `periods`, `transient` and `duration` 0, and there are no
+    `runs` and `drives`.
     """
 
     start: Orbit

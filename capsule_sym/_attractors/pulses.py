@@ -72,7 +72,8 @@ def switch_by_pulse(
     most_periods : int, default 8, 1 to 1,000
         Largest number of periods of the changed drive.
     values : int, default 2000, 9 to 1,000,000
-        Number of values that are tried first for each number of periods.
+        Number of values that are tried first for each number of periods and each period of the
+        motion in which the pulse may begin.
     max_seconds : float, default 60, above 0
         Time limit, in seconds of wall time.
     progress : callable, optional

@@ -136,7 +136,8 @@ class KnockSearch:
 
         A change counts if it makes the knock smaller by more than a share `width`. Half of the
         changes are along the differences of the last knocks, which lie along the edges of the
-        boundary. A simplex search sticks at such edges.
+        boundary. A simplex search sticks at such edges. If none of the knocks loses the motion, it
+        is the first one.
         """
         if (best := self._smallest(points, sizes(points), width)) is None:
             return np.asarray(points[0])

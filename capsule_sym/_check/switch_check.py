@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._map.result import brief
+from capsule_sym._map.result import brief, plain, record
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -107,13 +107,11 @@ class SwitchCheck:
         return found if found <= self.used else None
 
     def to_dict(self) -> dict[str, Any]:
-        """The comparison as a plain record."""
-        names = ("message", "segment_error", "needed", "tolerance", "horizon")
+        """Comparison by name, as JSON has it: None stands for a number that is not finite."""
         return {
             "right": self.success,
-            **{name: getattr(self, name) for name in names},
-            "differences": [asdict(one) for one in self.differences],
-            "switches": self.switches.assign(error=self.errors).to_dict("records"),
+            **record(self, "message segment_error needed tolerance horizon differences"),
+            "switches": plain(self.switches.assign(error=self.errors).to_dict("records")),
         }
 
     def __repr__(self) -> str:

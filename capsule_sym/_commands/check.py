@@ -75,7 +75,7 @@ def check(
             progress=lambda turns: report(f"exact run to period {turns}"),
         )
     record = parameters.scene.entry | {"parameters": parameters.to_dict()}
-    record |= present.finite(found.to_dict())
+    record |= found.to_dict()
     present.result(record, as_json)
     if not found.success:
         raise click.exceptions.Exit(1)

@@ -119,10 +119,15 @@ def _of_sweep(store: Path, metric: str | None, curves: Sequence[Path], width: fl
     with capsule_sym.results.open_results(store) as results:
         with undamaged(store):
             results.load()
-        if metric is not None:
-            return capsule_sym.figures.plot_metric(results, metric, lines, width=width)
-        more: dict[str, Any] = {} if "attractor" in results else {"curves": lines}
-        return capsule_sym.plot(results, width=width, **more)
+        chart = results["outcome"].ndim > 1 and {"attractor", "itinerary"} & {*results}
+        if metric is None and chart:
+            more: dict[str, Any] = {} if "attractor" in results else {"curves": lines}
+            return capsule_sym.plot(results, width=width, **more)
+        try:
+            return capsule_sym.figures.plot_metric(results, metric or "", lines, width=width)
+        except InvalidInput as error:
+            error.field = error.field.replace("metric", "--of")
+            raise
 
 
 def _curves(path: Path) -> list[Any]:

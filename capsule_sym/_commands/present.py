@@ -58,11 +58,6 @@ def result(
         show(record)
 
 
-def finite(record: Any) -> Any:
-    """Record of numbers, texts, lists and dicts, with None for non-finite numbers."""
-    return json.loads(json.dumps(record), parse_constant=lambda name: None)
-
-
 def report(
     found: Any,
     name: str,
@@ -78,9 +73,10 @@ def report(
     Rows of a dimensionless table have SI units too if there is a device. By default there is a
     picture if the table has rows; `drawn` overrides this.
     """
+    from capsule_sym._map.result import plain
     from capsule_sym._records import in_si
 
-    record = finite({**found.to_dict(), **extra})
+    record = plain({**found.to_dict(), **extra})
     columns = {key: column.tolist() for key, column in getattr(found, "columns", {}).items()}
     each = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     table = ([row | in_si(device, row) for row in each], list(columns))
@@ -116,8 +112,9 @@ def certificates(path: Path | None, found: Sequence[Certified], limit: Watch) ->
                 f"{counted(sum(len(one['fields']) for one in proved), 'segment')}, switch by switch"
             )
         else:
-            stable = sum(one.get("stable", False) for one in proved)
-            claims = f"existence, uniqueness, itinerary; {stable} stable"
+            said = [("unstable", "stable")[one["stable"]] for one in proved if "stable" in one]
+            kinds = "".join(f"; {said.count(kind)} {kind}" for kind in sorted({*said}))
+            claims = f"existence, uniqueness, itinerary{kinds}"
         click.echo(f"proved {len(proved)} ({claims}), wrote {path}", err=True)
     if failed:
         fail(f"not proved: {'; '.join(failed)}", 4)

@@ -29,7 +29,9 @@ class Range(click.ParamType):  # type: ignore[type-arg]
             numbers = ()
         if self.or_number and len(numbers) == 1:
             return numbers[0]
-        if len(numbers) != 2 + self.counted or min(numbers[2:], default=1) < 1:
+        if self.counted and len(numbers) == 3 and numbers[2] < 1:
+            self.fail(f"{value!r} has COUNT = {numbers[2]}: must be 1 or more.", param, ctx)
+        if len(numbers) != 2 + self.counted:
             example = "0.1:2:20" if self.counted else "0.1:2"
             shape = self.name.removeprefix("float | ")
             self.fail(f"{value!r} is not {shape}, such as {example}.", param, ctx)

@@ -262,7 +262,10 @@ class Front(Result, Labelled):
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Result by name, as numbers, texts, lists and dicts."""
+        """Result by name, as numbers, texts, lists and dicts.
+
+        `points` has the record of each optimum, with its `value` and `cost`.
+        """
         both = zip(self.points, self.values.tolist(), self.costs.tolist(), strict=True)
         points = [point.to_dict() | {"value": value, "cost": cost} for point, value, cost in both]
         return super().to_dict() | {"points": points}

@@ -97,7 +97,9 @@ def with_units(metrics: Mapping[str, Slope], own: Any, system: System) -> dict[s
 def with_derived(
     metrics: Mapping[str, Slope], own: Mapping[str, Slope], bounds: Mapping[int, str]
 ) -> dict[str, Slope]:
-    """Dimensionless metrics of one motion or of n, with derived ones, by names.
+    """Dimensionless metrics of one motion or of n, by names, with those derived from them.
+
+    Derived are speed, power, speed_per_work and cost_of_transport.
 
     `own` are the parameters, and `bounds` names the bound of friction for each sign of progression.
     Values are numbers, or arrays (n,) with derivatives (k, n).

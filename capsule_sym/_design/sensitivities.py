@@ -34,8 +34,10 @@ class Sensitivities:
     """Derivatives of a run by its start and the parameters; dimensionless.
 
     The last axis has a column for each of `columns`: x_r, v_r, v_c and phase at the start, and the
-    parameters of the scene, 11 in the paper's. Times are fixed, counted from the start; the phase
-    is that of the forcing at the start. After a tangential switch derivatives do not exist: they
+    parameters of the scene. In the paper's these are 4 and 7. The clock of `times` and
+    `switching_times` is that of the run: it shows the phase at the start, `run.span[0]`.
+    Derivatives are at a fixed time since the start. So that of a switching time by the phase is the
+    derivative of the time since the start. After a tangential switch derivatives do not exist: they
     are infinite or nan. At a start on a surface, and where two switches coincide, they are
     one-sided, on the side of the run; a capsule at rest stays at rest.
     """
@@ -45,13 +47,13 @@ class Sensitivities:
     states: NDArray[np.float64]
     """States (x_r, v_r, v_c, x_c) at the times, shape (n, 4)."""
     slopes: NDArray[np.float64]
-    """Derivatives of the states, shape (n, 4, 11)."""
+    """Derivatives of the states, shape (n, 4, columns)."""
     rates: NDArray[np.float64]
     """Rates of change of the states in time, shape (n, 4)."""
     switching_times: NDArray[np.float64]
     """Times of the switches, shape (m,)."""
     switching_slopes: NDArray[np.float64]
-    """Derivatives of the switching times, shape (m, 11)."""
+    """Derivatives of the switching times, shape (m, columns)."""
     scene: Scene
     """Scene of the run."""
 

@@ -10,15 +10,8 @@ from matplotlib.figure import Figure
 
 from capsule_sym._figures.layout import add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import (
-    AREAS,
-    LABELS,
-    area_colours,
-    blank,
-    describe,
-    share,
-    styled,
-)
+from capsule_sym._figures.style import AREAS, area_colours, blank, describe, share, styled
+from capsule_sym._figures.units import named
 
 if TYPE_CHECKING:
     from capsule_sym._attractors.branches import AttractorBranch, ContinuedAttractors
@@ -61,7 +54,7 @@ def plot_attractors(
             axes.plot(values, np.full(len(values), level), mark, **kind)
     axes.set(xlim=(found.values[0], found.values[-1]), ylim=(0, 1.12))
     axes.set_yticks(np.linspace(0, 1, 6))
-    axes.set_xlabel(LABELS.get(found.name, found.name))
+    axes.set_xlabel(named(found.name))
     axes.set_ylabel("fraction of the starts")
     if alone:
         late = [blank("not settled")] * bool(found.unsettled.any())

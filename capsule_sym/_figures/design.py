@@ -11,7 +11,8 @@ from matplotlib.figure import Figure, SubFigure
 
 from capsule_sym._figures.layout import add_key, axes_for, canvas, handles_of
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, bulk, describe, styled
+from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, bulk, describe, styled
+from capsule_sym._figures.units import known_labels
 from capsule_sym._parameters import SceneDevice
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def metric_label(name: str, system: Any) -> str:
     from capsule_sym._design.quantities import units_of
     from capsule_sym._units import METRIC_UNITS
 
-    told = LABELS.get(name, name.replace("_", " ") if name in METRIC_UNITS else name)
+    told = known_labels().get(name, name.replace("_", " ") if name in METRIC_UNITS else name)
     if not isinstance(system, SceneDevice):
         return told
     units = units_of(system.scene) | {one: unit.name for one, unit in METRIC_UNITS.items()}

@@ -44,8 +44,8 @@ def plot_displacements(
 ) -> None:
     """Displacements of mass (dashed) and capsule (solid) against time (Fig. 7, left).
 
-    Draws the last `periods` of a run or one period of an orbit. Time counts from a phase 0 of the
-    forcing, x_c from the beginning.
+    Draws the last `periods` of a run or one period of an orbit. Time is in excitation periods, of a
+    device in seconds. It counts from a phase 0 of the forcing, x_c from the beginning.
 
     Parameters
     ----------

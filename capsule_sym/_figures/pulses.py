@@ -9,7 +9,8 @@ from matplotlib.figure import Figure, SubFigure
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.layout import add_key, canvas, handles_of
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, styled
+from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, styled
+from capsule_sym._figures.units import named
 from capsule_sym._parameters import SceneDevice
 
 _TIME = r" $\tau$"  # dimensionless
@@ -37,8 +38,7 @@ def plot_pulse(
     page = canvas(figure, width, max(4.2, 0.75 * width), layout="constrained")
     rows = page.subplots(3, sharex=True)
     usual = getattr(pulse.system, pulse.parameter)
-    changed = LABELS.get(pulse.parameter, pulse.parameter)
-    label = f"pulse: {changed} {pulse.value:.4g} instead of {usual:.4g}"
+    label = f"pulse: {named(pulse.parameter)} {pulse.value:.4g} instead of {usual:.4g}"
     names = {"drive": f"drive{force}", "x_r": f"$x_r${length}", "x_c": f"$x_c${length}"}
     for row, (name, said) in zip(rows, names.items(), strict=True):
         row.axvspan(begin, end, color=SERIES[1], alpha=0.25, linewidth=0, label=label)

@@ -305,8 +305,9 @@ def plot_metric(
     """A metric of a sweep's cells, such as the average velocity, over its one or two axes.
 
     Over two axes a colour bar has the scale, in two hues around 0 where the metric has both signs;
-    its arrow stands for outliers. Grey are cells without a result, such as the cost of a capsule
-    that does not advance. Over one axis each cell is a dot.
+    its arrow stands for outliers. Grey are cells that have not settled, those without a result, and
+    those of an infinite metric, such as the cost of a capsule that does not advance. Over one axis
+    each cell with a finite value is a dot.
 
     Parameters
     ----------
@@ -416,8 +417,8 @@ def metric_of(results: xr.Dataset, name: str) -> xr.DataArray:
         for one, derived in with_derived(metrics, bounds, facts.BOUNDS).items():
             known.setdefault(one, velocity.copy(data=derived.value).where(velocity.notnull()))
     if name not in known:
-        allowed = ", ".join(one for one in METRICS if one in known) or "progression or energies"
-        raise InvalidInput("metric", name, f"what the sweep computes: {allowed}")
+        has = ", ".join(m for m in METRICS if m in known) or "none; compute progression or energies"
+        raise InvalidInput("metric", name, f"a metric that the sweep has: {has}")
     attributes = results[name].attrs if name in results else {}
     if units is not None:
         attributes = {"si_units": UNITS[name].name, "si_scale": scale_of(units, name)}

@@ -92,14 +92,14 @@ def named(name: str) -> str:
     """Label of a parameter as files name it, with its unit if it is a device's."""
     from capsule_sym._design.quantities import units_of
 
-    if name in (known := _known()):
+    if name in (known := known_labels()):
         return known[name]
     unit = next((u[name] for u in map(units_of, map(load, SHIPPED)) if u.get(name)), "")
     return f"${name.replace('Omega', chr(92) + 'Omega')}$ ({unit})" if unit else name
 
 
 @cache
-def _known() -> dict[str, str]:
+def known_labels() -> dict[str, str]:
     """Labels of all scenes that ship, in which a name means the same."""
     found: dict[str, str] = {}
     for scene in map(load, SHIPPED[::-1]):

@@ -28,7 +28,7 @@ class Result(Ended):
         def message(self) -> str: ...
 
     def to_dict(self) -> dict[str, Any]:
-        """Result by name, as numbers, texts, lists and dicts."""
+        """Result by name, as JSON has it: None stands for a number that is not finite."""
         return record(self, f"success status message {self._recorded}")
 
     def __repr__(self) -> str:
@@ -69,7 +69,7 @@ def record(result: object, names: str) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """A value as numbers, texts, lists and dicts; a complex number is a pair."""
+    """A value as JSON has it: a complex number is a pair, a number that is not finite None."""
     if hasattr(value, "to_dict"):
         return value.to_dict()
     if isinstance(value, np.ndarray | np.generic):
@@ -77,7 +77,9 @@ def plain(value: Any) -> Any:
     if isinstance(value, Enum):
         return str(value)
     if isinstance(value, complex):
-        return [value.real, value.imag]
+        return plain([value.real, value.imag])
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
     if is_dataclass(value):
         return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
     if hasattr(value, "_asdict"):

@@ -9,6 +9,7 @@ from matplotlib.collections import PolyCollection
 
 from capsule_sym import attractors, continue_attractors, load_parameters, plot
 from capsule_sym._cli import main
+from capsule_sym.inputs import device_path
 from tests.attractors.test_attractors import BOX
 from tests.attractors.test_destinations import BISTABLE
 
@@ -58,6 +59,9 @@ def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
     record = json.loads(out)
     assert (status, record["parameter"], record["values"]) == (0, "P_d", [3.0, 6.0])
     assert record["message"] == "1 attractor at 2 values of P_d"
+    how = {"count": 1, "ties": device_path(load_parameters(file), "P_d")}
+    along = continue_attractors(load_parameters(file).dimensionless(), "P_d", [3, 6], BOX, **how)
+    assert plot(along).axes[0].get_xlabel() == "$P_d$ (N)"
     (one,), device = record["attractors"], load_parameters(file)
     metres = [device.replace(P_d=3.0).scale("x_r") * value for value in one["progression"]]
     assert one["si"] == {"progression [m]": pytest.approx(metres, rel=1e-15)}
@@ -73,7 +77,7 @@ def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
         (("--x-r", "1:1"), "extent"),
         (("--x-r", "0:1", "--starts", "0"), "--starts"),
         (("--x-r", "0:1", "--alpha", "1:2:3", "--beta", "1:2:3"), "only parameter with a range"),
-        (("--x-r", "0:1", "--alpha", "1:2:0"), "'1:2:0' is not LOW:HIGH:COUNT"),
+        (("--x-r", "0:1", "--alpha", "1:2:0"), "'1:2:0' has COUNT = 0: must be 1 or more"),
         (("--x-r", "0:1", "--alpha", "2:1:3"), "ascending"),
         (("--x-r", "0:1", "--alpha", "1:2"), "LOW:HIGH:COUNT"),
         (("--phase", "0:100"), "phases = 50.0: must be times in"),

@@ -204,6 +204,8 @@ def test_where_no_pulse_leads_that_is_said() -> None:
     assert found.status is Status.NO_PULSE
     assert "at most 2 periods with alpha from 0.8 to 0.9" in found.message
     assert math.isnan(found.value)
+    record = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert (record["value"], record["interval"], record["state"]) == (None, 2 * [None], 3 * [None])
 
 
 def test_a_search_that_is_out_of_time_says_so(monkeypatch) -> None:
@@ -246,6 +248,8 @@ def test_a_device_has_its_pulse_in_its_units(reversal) -> None:
     assert found.work == pytest.approx(reversal.work * unit[0] * unit[1], rel=1e-6)
     assert found.duration == pytest.approx(reversal.duration / unit[2], rel=1e-9)
     mine, its = found.columns, reversal.columns
+    shown = [text.get_text() for text in cs.plot(found).legends[0].get_texts()]
+    assert shown[0].startswith("pulse: $P_d$ (N) ")
     for name, scale in (("time", 1 / unit[2]), ("drive", unit[0]), ("x_r", unit[1])):
         early = slice(0, 250)
         assert mine[name][early] == pytest.approx(its[name][early] * scale, abs=1e-4 * scale)

@@ -140,6 +140,10 @@ def test_a_switch_after_the_end_does_not_part_the_last_ones():
     (one,) = found.differences
     assert [event.event for event in one.missed] == entered[6:8]
     assert one.invented == ()
+    record = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert record["horizon"] is None  # infinite
+    assert [row["event"] for row in record["switches"] if row["given"] is None] == entered[6:8]
+    assert [row["event"] for row in record["differences"][0]["missed"]] == entered[6:8]
 
 
 def test_a_switch_found_again_at_the_restart_is_invented():

@@ -142,7 +142,9 @@ REFUSED = [
     ("branch --alpha 0.1-2", "'0.1-2' is not LOW:HIGH, such as 0.1:2."),
     ("branch --P-d 3", "'3' is not LOW:HIGH, such as 0.1:2."),
     ("sweep --out s --alpha 0.1:2", "'0.1:2' is not LOW:HIGH:COUNT, such as 0.1:2:20."),
-    ("sweep --out s --alpha 0.1:2:0", "'0.1:2:0' is not LOW:HIGH:COUNT, such as"),
+    ("sweep --out s --alpha 0.1:2:0", "'0.1:2:0' has COUNT = 0: must be 1 or more."),
+    ("basin --x-r 0:1:-3 --out new", "'0:1:-3' has COUNT = -3: must be 1 or more."),
+    ("branch --alpha 0.1:2:0", "'0.1:2:0' is not LOW:HIGH, such as 0.1:2."),
     ("run --params part.toml", "with c, G, P_d, Omega, mu too"),
     ("sweep device.toml --out s", "must be a table with c, G, P_d, Omega, mu too"),
 ]

@@ -8,10 +8,12 @@ from click.testing import CliRunner
 
 from capsule_sym import InvalidInput, Parameters, certify_run, scenes, simulate
 from capsule_sym._cli import group
+from capsule_sym._commands import present
 from capsule_sym._enclosures.certificates import checker
 from capsule_sym._enclosures.numbers.balls import Unproved
 from capsule_sym._enclosures.passage.runs import enclose_run
 from capsule_sym._map.trajectory import Kept
+from capsule_sym._native import Watch
 
 
 def certificates(path: Path) -> list[dict]:
@@ -22,7 +24,7 @@ def test_orbit_is_certified(tmp_path: Path) -> None:
     file = tmp_path / "orbit.json"
     run = CliRunner().invoke(group, ["orbit", "--alpha", "0.7", "--certify", str(file)])
     assert run.exit_code == 0, run.output
-    assert "proved 1" in run.output
+    assert f"proved 1 (existence, uniqueness, itinerary; 1 stable), wrote {file}" in run.output
     (certificate,) = certificates(file)
     checker.check_certificate(certificate)
     assert certificate["parameters"]["alpha"] == "0.7"
@@ -33,9 +35,22 @@ def test_branch_certifies_its_bifurcations(tmp_path: Path) -> None:
     options = ["--alpha", "0.3:0.6"]
     run = CliRunner().invoke(group, ["branch", *options, "--certify", str(file)])
     assert run.exit_code == 0, run.output
+    assert f"proved 2 (existence, uniqueness, itinerary), wrote {file}" in run.output
     assert [one["fields"] for one in certificates(file)] == [[4, 5, 2, 5], [5, 2, 5, 4]]
     for one in certificates(file):
         checker.check_certificate(one)
+
+
+def test_stable_and_unstable_orbits_are_counted(tmp_path: Path, monkeypatch, capsys) -> None:
+    known = [{"kind": "orbit", "stable": one} for one in (False, True, False)]
+    found = "capsule_sym._enclosures.certificates.certify.certificates"
+    monkeypatch.setattr(found, lambda proved, _: (proved, []))
+    for proved, said in (
+        (known, "proved 3 (existence, uniqueness, itinerary; 1 stable; 2 unstable), "),
+        (known[:1], "proved 1 (existence, uniqueness, itinerary; 1 unstable), "),
+    ):
+        present.certificates(tmp_path / "a.json", proved, Watch())
+        assert said in capsys.readouterr().err
 
 
 def test_what_the_checker_cannot_take_is_said(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ import pytest
 
 from capsule_sym import InvalidInput, scenes, simulate
 from capsule_sym._figures.arcs import arcs
+from capsule_sym._figures.design import metric_label
 from capsule_sym._figures.portraits import PULSE, borders, labels_of, stops_of
 from capsule_sym._figures.style import field_colour
 from capsule_sym._figures.units import Units, named
@@ -54,6 +55,7 @@ def test_labels_and_units_are_those_of_the_scene() -> None:
     assert named("s") == "bias on the mass $s$"
     assert named("f_plus") == "friction bound forward $f_+$"
     assert Units(None, SLOPE).label("f_minus") == "friction bound backward $f_-$"
+    assert metric_label("f_minus", SLOPE.Parameters()) == "friction bound backward $f_-$"
     device = scenes.capsule.PhysicalParameters(
         M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=3, Omega=8, mu=0.2
     )

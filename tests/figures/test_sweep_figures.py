@@ -38,6 +38,7 @@ def stores(tmp_path_factory) -> Path:
         ("row", (axes[0], cs.inputs.Axis.linear("omega", 0.8, 0.8, 1))),
     ):
         cs.run_sweep(cs.inputs.Sweep(line, Parameters(), compute=("itinerary",)), where / name)
+    cs.run_sweep(cs.inputs.Sweep(axes[:1], compute=("progression",)), where / "pace")
     cs.run_basin(
         cs.inputs.Sweep(starts, Parameters(), compute=("itinerary", "progression", "final")),
         where / "basin",
@@ -123,7 +124,7 @@ def test_every_metric_of_a_device_is_drawn_in_its_unit(of_devices, scene: str, m
     """In sweeps and along branches, against the energies, forces and multipliers of the orbit."""
     device, results, orbit, record = of_devices[scene]
     if (metric, scene) == ("lift", "capsule"):
-        with pytest.raises(InvalidInput, match="what the sweep computes: velocity"):
+        with pytest.raises(InvalidInput, match="a metric that the sweep has: velocity"):
             figures.plot_metric(results, metric)
         return
     figures.plot_metric(results, metric, axes=(axes := Figure().subplots()))
@@ -223,7 +224,7 @@ def test_a_metric_over_one_parameter_is_dots_and_others_are_refused(stores: Path
         (line,) = axes.lines
         assert list(line.get_xdata()) == pytest.approx([0.3, 0.9, 1.5])
         assert line.get_linestyle() == "None"
-        with pytest.raises(InvalidInput, match="what the sweep computes: velocity, speed, prog"):
+        with pytest.raises(InvalidInput, match="that the sweep has: velocity, speed, prog"):
             figures.plot_metric(results, "lyapunov")
 
 
@@ -280,11 +281,12 @@ def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
     [
         (["nowhere"], "nowhere"),
         (["STORE", "--curve", "none.json"], "'--curve': Path 'none.json' does not exist"),
-        (["LINE"], "itineraries over two parameters"),
+        (["LINE"], "--of = '': must be a metric that the sweep has: none; compute progression"),
+        (["PACE"], "--of = '': must be a metric that the sweep has: velocity, speed, progression"),
     ],
 )
 def test_bad_input_is_one_line(stores: Path, tmp_path: Path, arguments, part) -> None:
-    named = {"STORE": "grid", "LINE": "line", "ROW": "row"}
+    named = {"STORE": "grid", "LINE": "line", "ROW": "row", "PACE": "pace"}
     given = [str(stores / named[one]) if one in named else one for one in arguments]
     done = run_here("figure", *given, "--out", "x.png", cwd=tmp_path)
     assert done.returncode == 2

@@ -175,11 +175,12 @@ def certify_bifurcation(
     Returns
     -------
     certificate : dict
-        The certificate, of kind "bifurcation", as in `certify_orbit`. `free` has alpha, `still` the
-        segment of duration 0. Numbers are decimals as texts, dimensionless.
-    event : Event
-        The proved event: its `type`, `line`, `order` of contact, `values` of alpha, `multipliers`
-        and `coefficient`, in balls.
+        The certificate, of kind "bifurcation", as in `certify_orbit`, but without `stable`. `free`
+        has alpha, `still` the segment of duration 0. Numbers are decimals as texts, dimensionless.
+    event : Proved
+        The proved event: its `type`, `line` and `order` of contact. In balls, `values` has alpha,
+        `multipliers` the characteristic polynomials on both sides, and `coefficient` that of the
+        normal form.
 
     Raises
     ------

@@ -238,9 +238,10 @@ class Equations:
         return value
 
     def enclose(self) -> list[Any]:
-        """Krawczyk's operator maps the box into itself: it holds one solution, and only one.
+        """Box of the certificate's digits, proved to hold one solution, and only one.
 
-        The inverse of the equations at the middle is applied by elimination, segment by segment.
+        Krawczyk's operator maps it into itself; Rejected is raised if it does not. The inverse of
+        the equations at the middle is applied by elimination, segment by segment.
         """
         n, m, still = self.n, self.middle, [3 * self.n + s for s in self.still]
         for at in still:

@@ -144,8 +144,9 @@ class Bifurcation(BifurcationPoint):
 class CurvePoint(BifurcationPoint):
     """Orbit at a bifurcation, values of the two parameters, and the line that it meets.
 
-    `segment` is the segment of duration 0, None on the curve of a smooth bifurcation. All values
-    are dimensionless.
+    `values` are in the order of the curve's `parameters`. `segment` is the segment of duration 0,
+    None on the curve of a smooth bifurcation, where `line` is empty. `admissibility` is the
+    inequality of the itinerary with the least value. All values are dimensionless.
     """
 
     values: tuple[float, float]

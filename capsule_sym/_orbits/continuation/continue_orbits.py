@@ -157,13 +157,13 @@ def continue_both_ways(
     -------
     tuple of Branch
         The closed branch, or the branch to `high` and the branch to `low`. After `max_seconds` a
-        branch ends with status "time-limit".
+        branch ends with status "time-limit", the second one possibly without points.
 
     Raises
     ------
     InvalidInput
         For two ends that are not ascending around the value of the orbit. Otherwise as in
-        `continue_orbit`, for an orbit that was found.
+        `continue_orbit`.
 
     See Also
     --------

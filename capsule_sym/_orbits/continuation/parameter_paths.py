@@ -86,6 +86,7 @@ def _lifted(value: Any) -> Slope:
 class ParameterPath:
     """Path of parameters: `name` varies, and with it the parameters tied to it by functions.
 
+    `parameter_path` makes it, and checks the names.
     The name is a parameter, or a new name of which a tied parameter is an affine function. The
     functions consist of arithmetic, so that their derivatives are exact. `texts` has the functions
     given as text, and None for Python functions. Parameters are those of the scene, dimensionless;
@@ -156,7 +157,12 @@ class ParameterPath:
         raise InvalidInput("parameter", self.name, allowed)
 
     def check(self, base: SceneParameters, first: float, last: float) -> None:
-        """Raises InvalidInput if the path between two values leaves the allowed parameters."""
+        """Raises InvalidInput if the path from one value to another leaves the allowed parameters.
+
+        65 evenly spaced values are tried, both ends among them. The error names the parameter that
+        is not allowed, the varied one if an end is not finite, or `ties` that have no value.
+        Parameters not on the path are those of `base`.
+        """
         for at in (first, last):
             if not math.isfinite(at):
                 raise InvalidInput(self.name, at, "finite")

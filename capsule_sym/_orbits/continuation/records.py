@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
@@ -483,8 +482,7 @@ def curve_files(
 def failure_record(found: Orbit) -> dict[str, Any]:
     """Record of a failed search: its reason, and the last state of Newton's method."""
     names = ("success", "status", "message", "itinerary", "iterations")
-    residual = float(found.residual)
-    return {**_fields(found, names), "residual": residual if math.isfinite(residual) else None}
+    return {**_fields(found, names), "residual": plain(float(found.residual))}
 
 
 def _place(orbit: Orbit, convergence: Iterable[str] = _CONVERGENCE) -> dict[str, Any]:

@@ -119,7 +119,8 @@ def performance(orbit: Orbit) -> Performance:
     -------
     Performance
         Metrics by name: `velocity`, `progression`, `work`, `damper_loss`, `friction_loss`, `lift`,
-        `peak_force` and `peak_contact`, and the `imbalance` of the energies.
+        `peak_force` and `peak_contact`. The `imbalance` of the energies is a number: 0 but for
+        rounding.
 
     Raises
     ------

@@ -201,6 +201,11 @@ def tightest(orbit: Orbit) -> Inequality:
     Inequality
         The inequality. Its `value` is dimensionless, and its meaning depends on `kind`.
 
+    Raises
+    ------
+    InvalidInput
+        For an orbit that was not found, a `NoOrbit`.
+
     See Also
     --------
     is_admissible : the test by a run of the map.
@@ -248,6 +253,11 @@ def is_admissible(orbit: Orbit) -> bool:
     -------
     bool
         True if the orbit is a motion of the map.
+
+    Raises
+    ------
+    InvalidInput
+        For an orbit that was not found, a `NoOrbit`.
 
     See Also
     --------

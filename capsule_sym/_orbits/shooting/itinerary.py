@@ -209,7 +209,11 @@ class Itinerary:
         return ItinerarySegment(mirror(segment.field, self.scene), opposite)
 
     def neighbour(self, index: int) -> int:
-        """Field at an index from -1 (before the first segment) to the number of segments."""
+        """Field of a segment, also at -1 (before the first one) and at the number of segments.
+
+        The itinerary is cyclic: these two are the last and the first field, with `mirrored` their
+        mirror images.
+        """
         n = len(self.segments)
         field = self.segments[index % n].field
         return field if 0 <= index < n or not self.mirrored else mirror(field, self.scene)

@@ -163,7 +163,11 @@ class Orbit(Ended, Labelled):
         return SteadyMotion(segments, period_number, self.progression, self.parameters)
 
     def trajectory(self) -> Trajectory:
-        """One period of the orbit as a trajectory, which can be evaluated at times."""
+        """One period of the orbit as a trajectory, which can be evaluated at times.
+
+        It starts with the first segment: its `span` begins at that segment's phase, not at 0. Of
+        the first half of a symmetric orbit it is that half.
+        """
         segments = self.motion.segments
         origin = segments[0].start, segments[0].start_state
         return Trajectory.of_segments(self.parameters, self.backend, origin, segments)
