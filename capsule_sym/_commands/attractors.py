@@ -31,7 +31,8 @@ def attractors(
     its multipliers and a 95 % interval of the fraction. Starts that have not settled are counted. A
     parameter may have a range with a count, such as --alpha 0.5:4:100: all attractors are then
     continued over it, and births and deaths are located at the bifurcations of their branches. With
-    a device progressions are in SI units, in the JSON as "si"; ranges of starts are dimensionless.
+    a device progressions are in SI units too, in the JSON as "si"; ranges of starts are
+    dimensionless.
 
     Exits with 3 at the time limit. After Ctrl-C, as at the limit, the results so far are shown and
     written.

@@ -65,8 +65,8 @@ def sweep(
     An axis may also be a list of values, or a random design: sample = { sobol = { alpha = [0, 2],
     gamma = [1, 5] }, count = 1024, seed = 1 }. Axes are parameters, x_r, v_r, v_c or phase;
     `[start]` has the fixed values of the start. `[device]`, in SI units, replaces `[parameters]`;
-    options listed below as of the device may then be axes. A line such as scene = "prototype"
-    selects another scene. `compute` lists any of itinerary, progression,
+    options listed below as of the device may then be axes, but not in a random design. A line such
+    as scene = "prototype" selects another scene. `compute` lists any of itinerary, progression,
     final, multipliers, energies, forces, lyapunov. Finished chunks are kept: an interrupted
     sweep continues with --resume. DIR/results.zarr opens with xarray.
 

@@ -30,7 +30,7 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
         - `axes`: the axes by name: a parameter, or x_r, v_r, v_c or phase of the start.
         - `parameters`: the fixed parameters, dimensionless; by default those of the scene.
         - `device`: the fixed parameters in SI units instead. Quantities proportional to one
-          parameter, such as P_d, may then be axes in SI units.
+          parameter, such as P_d, may then be axes in SI units, but not in a design.
         - `start`: x_r, v_r, v_c and phase, dimensionless; each is 0 by default.
         - `scene`: the name of a scene, such as "slope", or its folder, relative to the file; by
           default the paper's.
