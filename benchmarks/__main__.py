@@ -30,6 +30,7 @@ for _name, _module, _text in (
     ("shocks", _EXPERIMENTS, "Compare minimal shocks with random knocks."),
     ("intervals", _EXPERIMENTS, "Count intervals of fits that contain the truth."),
     ("battery", _EXPERIMENTS, "Compare branches and orbits with brute force."),
+    ("ends", _EXPERIMENTS, "Compare ends of branches and curves with runs beyond them."),
     ("curves", _EXPERIMENTS, "Compare bifurcations of scenes with a judge in C."),
     ("scenes-check", _EXPERIMENTS, "Compare runs of scenes with a judge in C."),
     ("bench-design", "benchmarks.speed.commands", "Measure the computations of a device's design."),

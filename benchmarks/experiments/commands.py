@@ -146,6 +146,23 @@ def battery(
 
 
 @command()
+def ends(
+    *,
+    branches: Annotated[int, between(0, help="Number of branches.")] = 300,
+    curves: Annotated[int, between(0, help="Number of curves in two parameters.")] = 50,
+    seed: Annotated[int, between(0, help="Random seed.")] = 0,
+    seconds: Annotated[
+        float, between(0, help="Time limit of a branch, and half that of a curve.")
+    ] = 20.0,
+    out: _Kept = Path("results/ends"),
+) -> None:
+    """Compare ends of branches and curves at stiff stops with runs beyond them."""
+    from benchmarks.experiments.ends import check
+
+    _end(check(branches, curves, seed, seconds, out))
+
+
+@command()
 def curves(
     *,
     scenes: _Scenes = (),
