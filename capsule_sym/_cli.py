@@ -142,6 +142,7 @@ def _status(arguments: list[str], commands: click.Group = group) -> int:
 
 
 def _ended(arguments: list[str], commands: click.Group) -> int:
+    """Exit status of a command that ends by itself; its error is printed."""
     try:
         if asked := os.environ.get(_COMPLETE):
             return _complete(asked)

@@ -27,8 +27,9 @@ from capsule_sym._parameters import SceneParameters
 class Attractor:
     """Stable closed orbit, and the number of starts that lead to it; dimensionless.
 
-    `interval` is the 95 % confidence interval of the fraction of the box, by Clopper and Pearson,
-    for practically independent starts.
+    `count` is that number, and `fraction` its share of all starts, those without an attractor
+    included. `interval` is the 95 % confidence interval of the attractor's fraction of the region
+    that the starts represent, by Clopper and Pearson. It holds for practically independent starts.
     """
 
     orbit: Orbit

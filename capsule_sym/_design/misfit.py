@@ -102,7 +102,11 @@ class Misfit:
         return np.asarray((self._units(motion) * model - self.data.values) / self.scales)
 
     def jacobian(self, values: Vector) -> Matrix:
-        """Jacobian of the residuals (n, k); 0 behind a tangential switch and for a lost motion."""
+        """Derivatives of the n residuals by the k unknowns, shape (n, k).
+
+        They are 0 for a lost motion. Behind a tangential switch the derivatives of the states do
+        not exist and count as 0; those of the units and of the first x_c remain.
+        """
         self.latest, motion = values.copy(), self._motion(values)
         if motion is None:
             return np.zeros((len(self.data.values), len(values)))

@@ -98,7 +98,11 @@ class Optimum(Result):
         return brief(self, f"{kind} {self.metric} {self.value:.6g} at {where}, {self.status}")
 
     def to_dict(self) -> dict[str, Any]:
-        """Result by name, as numbers, texts, lists and dicts."""
+        """Result by name, as JSON has it: None stands for a number that is not finite.
+
+        `parameters` are all of the system at the optimum. `units` has the SI unit of each metric if
+        the system is a device, and is empty if it is dimensionless.
+        """
         device = isinstance(self.system, SceneDevice)
         units = {name: unit.name for name, unit in METRIC_UNITS.items()} if device else {}
         return super().to_dict() | {"parameters": values_of(self.system), "units": units}

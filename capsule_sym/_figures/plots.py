@@ -21,15 +21,15 @@ def plot(result: Any, **options: Any) -> Figure:
     result : result of a function of the package
         A trajectory or an orbit gives its displacements and phase portrait, a branch its
         bifurcation diagram. A fit gives its residuals, a front its curve, tolerances the spread.
-        `ContinuedAttractors` give their fractions, stacked along the parameter. A shock gives both
-        motions, and the distance of two runs from the first one; a pulse the drive and both
-        displacements over time. Results of a sweep over two parameters give its chart, those of a
-        basin its attractors.
+        `ContinuedAttractors` give their fractions, stacked along the parameter; `Attractors` have
+        no figure. A shock gives both motions, and the distance of two runs from the first one; a
+        pulse the drive and both displacements over time. Results of a sweep over two parameters
+        give its chart, those of a basin its attractors.
     **options : optional
         Options of the function that draws it: `plot_motion`, `plot_diagram`, `plot_residuals`,
-        `plot_front`, `plot_tolerances`, `plot_chart` or `plot_basin`. Attractors and a shock take
-        `width` and `axes`, a pulse `width` and `figure`; a shock also a `device`, whose units it
-        then has.
+        `plot_front`, `plot_tolerances`, `plot_chart` or `plot_basin`. `ContinuedAttractors` and a
+        shock take `width` and `axes`, a pulse `width` and `figure`; a shock also a `device`, whose
+        units it then has.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def plot(result: Any, **options: Any) -> Figure:
     Raises
     ------
     InvalidInput
-        For anything else.
+        For any other result, for other options, and as the function that draws it.
 
     See Also
     --------

@@ -190,9 +190,9 @@ def unsettled(results: xr.Dataset) -> tuple[NDArray[np.bool_], str]:
 def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """Attractor of each start, over the two coordinates of a basin's cells.
 
-    A colour is an attractor; its number is that of the results and of `sweep --info`. The key gives
-    its itinerary and share. Grey are starts that have not settled within the sweep's periods, white
-    those without a result.
+    A colour is an attractor. Its number, from 0 on, is that of the results; `sweep --info` lists
+    the attractors in this order. The key gives its number, itinerary and share of the starts. Grey
+    are starts that have not settled within the sweep's periods, white those without a result.
 
     Stars, in the colour of their attractor, are its own stroboscopic states, where both coordinates
     are among the state's. They may lie in another area, as starts have one value of the third.

@@ -219,6 +219,9 @@ def brent(
     root. Inverse quadratic interpolation, the secant, or bisection where these gain too little (R.
     P. Brent, Algorithms for Minimization Without Derivatives, 1973, chapter 4), in any number
     system. Raises InvalidInput if an end, or the value of f there, is not a number.
+
+    The caller ensures that the signs differ and that f(a) is not 0, which is not checked: otherwise
+    the result may be no root.
     """
     before, here = a, b
     f_before, f_here = f(before), f(here)

@@ -196,7 +196,11 @@ def simulate_many(
 def _rows(
     parameters: Sequence[SceneParameters] | NDArray[np.float64], given: Scene | None
 ) -> tuple[Scene, NDArray[np.float64]]:
-    """Scene of parameter sets, and the sets as rows."""
+    """Scene of parameter sets, and the sets as rows.
+
+    `given` is the scene of an array, by default the paper's; objects must be of it, by default of
+    the scene of the first. Raises InvalidInput for others, and for values that are not allowed.
+    """
     scene = given or CAPSULE
     if isinstance(parameters, np.ndarray):
         return scene, checked_rows(np.array(parameters, dtype=float, order="C"), scene)

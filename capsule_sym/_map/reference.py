@@ -338,7 +338,7 @@ def write(record: NDArray[np.void], run_state: RunState) -> None:
 def plane(scene: Scene, state: State, following: SegmentStart | None, edge: bool) -> str:
     """Switching plane of a state, Eq. (24); at rest of the capsule that of the successor field.
 
-    At an edge of the drive it is that of the edge.
+    At an edge of the drive it is that of the edge. It is empty without a successor.
     """
     if following is None:
         return ""

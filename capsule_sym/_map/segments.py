@@ -80,11 +80,17 @@ def instant(periods: int, angle: Number, omega: Number) -> Instant:
 class Segment:
     """One segment of a trajectory, from one switching plane to the next, dimensionless.
 
-    States are (x_r, v_r, v_c). `source` and `target` are switching planes, "Σ1" to "Σ10" in the
-    paper's scene. `target` is empty for a segment cut off by the end of the run, `source` for one
-    that starts off every plane. `tangencies` are contacts within the error bound that did not end
-    the segment, with the duration after which they occur. `position` is x_c at the start, `advance`
-    its change.
+    `field` is the number of its field, 1 to 6 in the paper's scene. States are (x_r, v_r, v_c).
+    `start` and `end` are times, each with a `period` and a `phase`; `float` gives the absolute
+    time. `duration` is the time between. `position` is x_c at the start, 0 at that of the run, and
+    `advance` its change.
+
+    `source` and `target` are switching planes, "Σ1" to "Σ10" in the paper's scene. `target` is
+    empty for a segment cut off by the end of the run, `source` for one that starts off every plane.
+    `outcome` is "regular" if one switch ends the segment, "end" or "never" if the run ended first.
+    `tangencies` are contacts within the error bound that did not end the segment, with the duration
+    after which they occur. `evaluations` is the number of evaluations in the search for the switch;
+    `closed` is the start of the closed form, for evaluation in between.
     """
 
     field: int

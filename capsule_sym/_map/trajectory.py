@@ -148,8 +148,12 @@ class Trajectory(Ended, Labelled):
     def stroboscopic(self) -> NDArray[Any]:
         """States (x_r, v_r, v_c) at phase 0 in the order of time, shape (n, 3).
 
+        The first is that at the start if its phase is 0, the last the end of a finished run. Kept
+        with `keep` "segments" or "stroboscopic".
+
         A segment over very many periods has only the last states: 8,192 in the core, 32 with the
-        other backends; `stroboscopic_periods` numbers them. With 50 digits they are objects.
+        other backends; `stroboscopic_periods` numbers them. With 50 digits the array has the dtype
+        object.
         """
         return self._kept("stroboscopic", self.kept.stroboscopic)
 
@@ -206,7 +210,11 @@ class Trajectory(Ended, Labelled):
 
     @checked
     def position(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Capsule positions x_c at times t, shape t.shape, zero at the start of the run."""
+        """Capsule positions x_c at times t, shape t.shape, zero at the start of the run.
+
+        Times are those of a call, absolute and dimensionless. Raises InvalidInput outside the run,
+        and if segments were not kept.
+        """
         return self._evaluate(t)[..., 3]
 
     def _evaluate(self, t: ArrayLike) -> NDArray[np.float64]:

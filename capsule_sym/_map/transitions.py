@@ -147,7 +147,11 @@ def _exact_zeros(c: Any, guard: Guard, state: State) -> tuple[bool, ...]:
 def _first_sign(
     expansion: Expansion, exact: tuple[bool, ...], vanish: bool, closed: int
 ) -> tuple[int, int]:
-    """Number of leading zeros, and the next sign (0 if rounding hides it)."""
+    """Number of leading zeros of a guard's derivatives, and the sign of the next one.
+
+    `exact` is True for those that are known to be 0. One within its error bound gives the sign 0,
+    or counts as 0 with `vanish`. If all are 0 the sign is `closed`.
+    """
     for count, (value, error) in enumerate(zip(expansion.values, expansion.errors, strict=True)):
         if count < len(exact) and exact[count]:
             continue

@@ -43,7 +43,7 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
     The variable `attractor` is added to the results of the store. Attractors are stable orbits that
     Newton's method finds from the ends of the runs. A cell has the number -1 if its motion is not
     periodic, or if no stable orbit is found from its final state. The cells compute their
-    itinerary, progression and final state, whatever the sweep requests.
+    itinerary, progression and final state, and nothing else, whatever the sweep's `compute` has.
 
     Parameters
     ----------

@@ -150,7 +150,7 @@ class Sweep:
         return math.prod(part.stop - part.start for part in self.region(index))
 
     def part(self, index: int) -> Sweep:
-        """One chunk as a sweep of its own."""
+        """Chunk of this number, from 0 on, as a sweep of its own; `region` has its cells."""
         axes = tuple(
             replace(axis, values=axis.values[where])
             for axis, where in zip(self.axes, self.region(index), strict=True)
@@ -158,7 +158,10 @@ class Sweep:
         return replace(self, axes=axes, chunk=tuple(map(len, axes)))
 
     def columns(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Parameters (n, k), states (n, 3) and phases (n,) of all cells, the last axis fastest."""
+        """Parameters (n, k), states (n, 3) and phases (n,) of all cells, the last axis fastest.
+
+        Parameters are in the order of the scene. All values are dimensionless, also of a device.
+        """
         names = named(self.parameters.scene)
         fixed = [*self.parameters.to_dict().values(), *self.state, self.phase]
         table = np.tile(np.array(fixed), (*self.shape, 1))

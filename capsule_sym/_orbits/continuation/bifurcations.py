@@ -96,12 +96,18 @@ class Bifurcation(BifurcationPoint):
     """Bifurcation on a branch of periodic orbits, located exactly; dimensionless.
 
     `value` is that of the parameter `parameter`, and `uncertainty` a bound on its rounding error;
-    if the equations are not solved it is the whole interval. `line` is the one that the orbit
-    meets (empty for a smooth bifurcation). `segment` is the segment of `orbit` with
-    duration 0 (None for a smooth bifurcation), `interval` the two neighbouring values on the
-    branch, `failed` the inequality that failed. If `symmetry` is "kept", the orbits are their own
-    mirror images, and the event also happens to the segment's image half a period later. If it is
-    "broken", the orbits on one side are their own images, and those on the other touch the spring.
+    if the equations are not solved it is the width of the gap in which the bifurcation lies. `line`
+    is the one that the orbit meets (empty for a smooth bifurcation). `segment` is the segment of
+    `orbit` with duration 0 (None for a smooth bifurcation), `failed` the inequality that failed.
+
+    `interval` has the values at both ends of the step within which it was found. At a located
+    border collision the second one is that of the itinerary before, continued beyond the border; it
+    is no point of the branch. `value` may lie outside the interval if the parameter turns back
+    between, as at a fold.
+
+    If `symmetry` is "kept", the orbits are their own mirror images, and the event also happens to
+    the segment's image half a period later. If it is "broken", the orbits on one side are their own
+    images, and those on the other touch the spring.
     The multipliers before and after are those of orbits on the branch next to it. `itinerary_after`
     is None if the branch ends. `label`, such as "PD2", is its name on the branch, `path` the varied
     parameters.
@@ -180,7 +186,10 @@ class CodimensionTwoPoint(SolvedPoint):
         return brief(self, " and ".join(self.types), "at {:.6g}, {:.6g}".format(*self.values))
 
     def at(self, values: tuple[float, float]) -> bool:
-        """True if these are the point's parameter values, within the absolute tolerance 1e-9."""
+        """True if these are the point's values, each within the absolute tolerance 1e-9.
+
+        They are in the order of the curve's `parameters`.
+        """
         return all(
             abs(one - other) <= _SAME for one, other in zip(self.values, values, strict=True)
         )

@@ -183,7 +183,10 @@ _DIFFERENCE = 1e-3
 class NormalForm(NamedTuple):
     """Leading terms of a bifurcation's normal form; dimensionless.
 
-    Beside the bifurcation the parameter differs from its value by `growth * s**order`.
+    Beside the bifurcation the parameter differs from its value by `growth * s**order`, to leading
+    order, with `order` 1 or 2. At a border collision s is the duration of the segment that is
+    inserted, or of the one between two switches. At a fold it is the norm of the change of the
+    durations. At a period doubling it is half the norm of the difference of the halves' durations.
 
     `coefficient` is that of the Poincare map reduced to one variable: s -> s + coefficient s^2 at a
     fold, s -> -s + coefficient s^3 at a period doubling, which is supercritical if it is positive.

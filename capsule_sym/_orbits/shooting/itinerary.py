@@ -187,7 +187,7 @@ class Itinerary:
 
     @cached_property
     def fields(self) -> tuple[int, ...]:
-        """Numbers of the fields, such as (5, 2)."""
+        """Numbers of the fields, such as (5, 2); those of the first half with `mirrored`."""
         return tuple(segment.field for segment in self.segments)
 
     @property

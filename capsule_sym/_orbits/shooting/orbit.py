@@ -135,7 +135,10 @@ class Orbit(Ended, Labelled):
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
-        """The three Floquet multipliers, complex, shape (3,), the largest modulus first."""
+        """The three Floquet multipliers, complex, shape (3,), the largest modulus first.
+
+        For the first half of a symmetric orbit they are those of the whole orbit.
+        """
         return floquet_multipliers(self)
 
     @property
