@@ -228,6 +228,9 @@ def test_what_measurements_cannot_tell_is_named() -> None:
     assert found.standard_errors["alpha"] < 1e-6
     (lost,) = found.open_combinations
     assert abs(lost["gamma"]) == pytest.approx(1.0)
+    alone = fit(data, p, ("gamma",), state=(0.1, 0.0, 0.0))
+    assert (alone.status, alone.standard_errors) == ("not-identifiable", {"gamma": math.inf})
+    assert [{"gamma": abs(one["gamma"])} for one in alone.open_combinations] == [{"gamma": 1.0}]
 
 
 def times_1000(*names):

@@ -198,6 +198,20 @@ def test_a_place_is_at_a_basin_boundary_if_it_is_better_where_the_start_settles_
     assert (found.bifurcation, found.place) == ("basin boundary", off)
 
 
+@pytest.mark.parametrize(("modulus", "kind"), [(0.995, PERIOD_DOUBLING), (0.98, "kink")])
+def test_a_place_without_better_ones_is_at_a_bifurcation_if_a_multiplier_is_near_the_circle(
+    monkeypatch, modulus, kind
+) -> None:
+    search, off, _ = smooth_search()
+    off.motion.__dict__["multiplier"] = modulus
+    monkeypatch.setattr(search, "search", lambda place: [place])
+    monkeypatch.setattr(polish_module, "floquet_multipliers", lambda orbit: [-modulus])
+    found = search.unsolved(off)
+    assert (found.bifurcation, found.place, found.limit) == (kind, off, off.objective)
+    search.survey.program = replace(search.program, margin=0.001)
+    assert search.unsolved(search.program.begin(off.u)).bifurcation == "kink"
+
+
 def test_the_time_limit_keeps_an_optimum_that_was_found() -> None:
     search, off, near = smooth_search()
     search.best = off
