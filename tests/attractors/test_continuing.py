@@ -27,7 +27,6 @@ def repeats(alpha, state, periods=3000):
     return 1 + int(np.argmax(change < 1e-4)), marks[-1]
 
 
-@pytest.mark.long
 def test_a_doubling_is_where_runs_begin_to_repeat_after_two_periods(found):
     (doubled,) = (one for one in found.branches if one.death and one.death.value > 2.1)
     (single,) = (one for one in found.branches if one.birth and one.birth.value > 2.1)
@@ -39,7 +38,6 @@ def test_a_doubling_is_where_runs_begin_to_repeat_after_two_periods(found):
     assert repeats(at + 2e-3, single.cycles[0].states[0])[0] == 1
 
 
-@pytest.mark.long
 def test_a_fold_is_where_runs_leave_an_orbit_that_is_no_more(found):
     (one,) = (one for one in found.branches if one.death and one.death.type == "fold")
     state = one.cycles[-1].states[0]
