@@ -297,9 +297,11 @@ def test_a_metric_without_a_number_at_an_end_is_named(low, high, field, metric, 
 )
 def test_of_two_ends_one_is_the_whole_front_if_it_betters_the_other(low, high, left) -> None:
     search = searched()
+    survey = search.survey
     ends = [FrontPoint(np.full(2, 0.5), np.array(both), None) for both in (low, high)]
     search.between(*ends, 1, 0)
     assert search.points == [ends[left]]
+    assert search.survey is survey  # nothing is looked for between them
 
 
 def test_a_point_is_kept_if_none_betters_it_and_none_that_it_betters() -> None:
