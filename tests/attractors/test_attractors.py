@@ -85,6 +85,15 @@ def test_mirror_images_are_two_attractors():
     np.testing.assert_allclose(-half, other[0], atol=1e-9)
 
 
+def test_states_of_a_motion_at_any_phase_lead_to_it():
+    orbit = cs.solve_orbit(BISTABLE)
+    run = orbit.trajectory()
+    times = np.linspace(*run.span, 5)
+    found = cs.attractors(BISTABLE, run(times), phases=times % BISTABLE.period)
+    assert (found.starts, found.numbers.tolist()) == (5, [0] * 5)
+    assert found.attractors[0].progression == pytest.approx(orbit.progression)
+
+
 def test_chaos_is_counted_as_unsettled():
     found = cs.attractors(CHAOTIC, BOX, count=20, periods=300)
     assert found.success
@@ -113,6 +122,7 @@ def test_the_interval_of_a_fraction_is_that_of_clopper_and_pearson():
         ([[0.0, 1.0]], {}, "starts"),
         ([], {}, "starts"),
         (BOX | {"phase": (0.0, 100.0)}, {}, "phases"),
+        (BOX, {"phases": [0.0, 1.0]}, "phases"),
     ],
 )
 def test_bad_input_is_refused(starts, how, named):

@@ -1,10 +1,13 @@
 """Attractors along a parameter: births and deaths are where runs of the map begin to behave so."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, attractors, continue_attractors, simulate
-from capsule_sym._attractors import neighbourhoods
+from capsule_sym._attractors import links, neighbourhoods
+from capsule_sym._orbits.continuation.parameter_paths import parameter_path
 from tests.attractors.test_attractors import BOX
 from tests.attractors.test_destinations import BISTABLE
 
@@ -24,7 +27,6 @@ def repeats(alpha, state, periods=3000):
     return 1 + int(np.argmax(change < 1e-4)), marks[-1]
 
 
-@pytest.mark.long
 def test_a_doubling_is_where_runs_begin_to_repeat_after_two_periods(found):
     (doubled,) = (one for one in found.branches if one.death and one.death.value > 2.1)
     (single,) = (one for one in found.branches if one.birth and one.birth.value > 2.1)
@@ -36,7 +38,6 @@ def test_a_doubling_is_where_runs_begin_to_repeat_after_two_periods(found):
     assert repeats(at + 2e-3, single.cycles[0].states[0])[0] == 1
 
 
-@pytest.mark.long
 def test_a_fold_is_where_runs_leave_an_orbit_that_is_no_more(found):
     (one,) = (one for one in found.branches if one.death and one.death.type == "fold")
     state = one.cycles[-1].states[0]
@@ -112,6 +113,33 @@ def test_a_doubling_is_found_where_border_collisions_hide_it():
     assert doubled.death.type == single.birth.type == "period doubling"
     assert doubled.death.value == pytest.approx(single.birth.value, abs=1e-12)
     assert len(doubled.cycles[0].states) == 2 * len(single.cycles[0].states)
+
+
+def test_where_a_doubled_orbit_turns_back_the_doubling_is_sought_on_that_of_half_the_period(
+    monkeypatch,
+):
+    """Between 1 and 2 an orbit turns at 1.5, and that of half its period doubles beside it."""
+    line = links.Links(BISTABLE, parameter_path("alpha", None), np.array([1.0, 2.0]), None)
+    marks, halves, asked = [np.zeros((2, 3))], ["half"], []
+    monkeypatch.setattr(links, "stroboscopic", lambda orbit: marks[0])
+    monkeypatch.setattr(links, "orbit_at", lambda *given: asked.append(given) or halves[0])
+
+    def sought(value, *turns):
+        one = SimpleNamespace(value=value, multipliers_after=[-1.1])
+        found = SimpleNamespace(bifurcations=[one])
+        line._branch = lambda orbit, to: found if (orbit, to) == ("half", 1.0) else None
+        branch = SimpleNamespace(points=[SimpleNamespace(value=at, orbit=None) for at in turns])
+        return line._doubling(branch, (0, 0), 1) is one
+
+    assert sought(1.5004, 1.0, 1.5, 1.2)
+    parameters, state, periods = asked[0]
+    assert (parameters.alpha, state, periods) == (pytest.approx(1.501), [0.0, 0.0, 0.0], 1)
+    assert not sought(1.502, 1.0, 1.5, 1.2)  # another one, too far from the turn
+    assert not sought(1.9999, 1.0, 1.9999)  # no room between the turn and the next value
+    marks[0] = np.zeros((3, 3))
+    assert not sought(1.5004, 1.0, 1.5, 1.2)
+    marks[0], halves[0] = np.zeros((2, 3)), None
+    assert not sought(1.5004, 1.0, 1.5, 1.2)
 
 
 def test_without_the_core_orbits_close_by_their_equations(monkeypatch):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._attractors.destinations import Arrivals, known_orbits
-from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
+from capsule_sym._attractors.destinations import Arrivals, KnownOrbits, known_orbits
+from capsule_sym._attractors.neighbourhoods import NONE, spectral_radii, stroboscopic
 from capsule_sym._orbits.shooting.symmetry import same
 
 BISTABLE = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
@@ -80,6 +80,25 @@ def test_states_within_a_neighbourhood_come_to_the_attractor(parameters):
             assert (found.inside(np.zeros(20, int), starts) == owner).all()
             run = cs.simulate_many([parameters] * 20, starts, periods=300)
             assert [nearest(orbits, end) for end in run.states] == [owner] * 20
+
+
+def test_where_an_orbit_is_not_closed_the_map_has_the_derivatives_itself(monkeypatch):
+    orbit = cs.solve_orbit(BISTABLE)
+    axes = [one[-1] for one in known_orbits([orbit]).near]
+
+    def unclosed(self, rows, states, periods):
+        return states, np.full((len(states), 3, 3), np.nan), None
+
+    monkeypatch.setattr(KnownOrbits, "close", unclosed)
+    others = [one[-1] for one in known_orbits([orbit]).near]
+    np.testing.assert_allclose(others, axes, rtol=1e-6, atol=1e-6 * np.abs(axes).max())
+
+
+def test_a_matrix_without_all_of_its_numbers_has_no_spectral_radius():
+    rotation = 0.5 * np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.1]])
+    matrices = np.stack([rotation, rotation, -2 * np.eye(3)])
+    matrices[1, 0, 2] = np.inf
+    np.testing.assert_allclose(spectral_radii(matrices), [0.5, np.nan, 2.0])
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -85,6 +86,26 @@ def test_intervals_are_those_of_the_line_also_narrow_ones_between_two_basins():
     few = Line((0.6, 0.60001)).intervals(3)
     assert few == [] or few[0][1] - few[0][0] <= 1e-5
     assert Line((2.0, 3.0)).intervals(9) == []
+
+
+@pytest.mark.parametrize(
+    ("ranges", "best"),
+    [
+        (((0.1, 0.49), (0.51, 0.95)), (0.51, 0.95)),  # a gap that the first values miss
+        (((0.47, 0.49),), (0.47, 0.49)),  # an interval that four times as many values meet
+    ],
+)
+def test_the_widest_interval_is_the_one_that_has_no_finer_gap(ranges, best) -> None:
+    search, told = Line(*ranges), list[str]()
+    search.known = SimpleNamespace(cycles=[[SimpleNamespace(states=np.zeros((1, 3)))]])
+    search.name, search.windows, search.best = "alpha", [], None
+    search.run((0.0, 1.0), 3, 12, told.append)
+    assert search.status is Status.FOUND
+    assert (search.best.low, search.best.high) == pytest.approx(best, abs=2e-9)
+    assert [(one.low, one.high) for one in search.windows] == [
+        pytest.approx(one, abs=2e-9) for one in ranges
+    ]
+    assert told == ["pulses of 1 of 3 periods"]
 
 
 def test_a_pulse_reverses_the_direction_as_the_map_itself_does(reversal) -> None:

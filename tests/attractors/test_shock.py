@@ -166,6 +166,8 @@ def test_results_are_records(shock: cs.results.Shock) -> None:
     assert list(record["knock"]) == ["x_r", "v_r", "v_c"]
     assert record["state"]["x_r"] == record["start"]["x_r"] + record["knock"]["x_r"]
     assert record["weights"] == [1.0, 1.0, 1.0]
+    for run, share in zip(shock.runs, (0.999, 1.001), strict=True):
+        np.testing.assert_allclose(run(run.span[0]), shock.start + share * shock.knock, atol=1e-12)
 
 
 def test_after_its_time_a_search_tells_what_it_found() -> None:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from capsule_sym._attractors.smallest import ACCURACY, WIDTH, KnockSearch
+from capsule_sym._errors import Status
 
 Vector = NDArray[np.float64]
 
@@ -59,6 +60,37 @@ def test_the_smallest_knock_beyond_random_planes_is_found(seed: int) -> None:
     least = np.linalg.norm(rest[:3]) / abs(rest[3])
     assert found.radius == pytest.approx(least, rel=ACCURACY)
     assert found.radius > least * (1 - 1e-12)
+
+
+class Wall(Corner):
+    """Motions are lost beyond the plane v_r = 0.01 at all times; notes what is tried inside."""
+
+    def __init__(self, largest: float) -> None:
+        self.normals, self.rates, self.units = np.array([[0.0, 100, 0]]), np.zeros(1), np.eye(3)
+        self.random, self.tried, self.best = np.random.default_rng(0), 0, None
+        self.turns, self.largest, self.radius = 1, largest, 1e-5
+        self.status, self.inside = Status.TIME_LIMIT, list[int]()
+
+    def _smallest(self, points: Vector, radii: Any, width: float = WIDTH) -> Any:
+        if np.ndim(radii) and (radii < self.radius * (1 - ACCURACY / 2)).all():
+            self.inside.append(len(points))
+        return super()._smallest(points, radii, width)
+
+
+def test_a_search_ends_after_as_many_smaller_knocks_as_are_asked_for() -> None:
+    search, told = Wall(1.0), list[str]()
+    search.run(1000, told.append)
+    assert search.status is Status.FOUND
+    assert search.radius == pytest.approx(0.01, rel=ACCURACY)
+    np.testing.assert_allclose(search.best[1:], [0.0, 0.01, 0.0], rtol=0, atol=2e-4)
+    assert sum(search.inside) == 1000
+    assert told[-1].startswith("a knock of 0.01")
+
+
+def test_a_search_ends_at_the_largest_size() -> None:
+    search = Wall(0.009)
+    search.run(1000, lambda said: None)
+    assert (search.status, search.radius, search.best) == (Status.NOT_LOST, 0.009, None)
 
 
 def test_bisection_takes_the_first_boundary_of_a_line() -> None:

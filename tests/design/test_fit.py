@@ -19,7 +19,7 @@ from capsule_sym import (
 from capsule_sym._design import misfit as misfit_module
 from capsule_sym._design.least_squares import least
 from capsule_sym._design.measured import measured
-from capsule_sym._design.misfit import Misfit, limits_of
+from capsule_sym._design.misfit import Misfit, drawn, limits_of
 from capsule_sym._design.quantities import dimensionless_slopes, values_of, varied
 from capsule_sym._parameters import names_of
 from capsule_sym.inputs import read_measured
@@ -207,6 +207,18 @@ def test_a_far_guess_is_found_by_many_starts() -> None:
     assert found.values == pytest.approx({"alpha": 0.83, "beta": 1.7, "delta": 0.03}, abs=1e-8)
 
 
+def test_guesses_fill_their_bounds_or_half_to_twice_a_guess_or_a_period() -> None:
+    problem = problem_of(series(count=60), TRUE, ("alpha", "omega", "phase"), START, PHASE)
+    limits = limits_of(problem, {"omega": (0.5, 1.5)})
+    found = np.array(drawn(problem, limits, 256, 0))
+    low, high = np.array([(0.415, 1.66), (0.5, 1.5), (0.0, TRUE.period)]).T
+    share = (found - low) / (high - low)
+    assert share.shape == (256, 3)
+    assert np.all((share >= 0) & (share <= 1))
+    assert share.mean(axis=0) == pytest.approx(0.5, abs=0.01)
+    assert np.ptp(share, axis=0) == pytest.approx(1.0, abs=0.02)
+
+
 def test_few_steps_leave_a_fit_short_of_its_minimum() -> None:
     guess = TRUE.replace(alpha=0.85)
     options = {"state": START, "phase": PHASE}
@@ -228,6 +240,9 @@ def test_what_measurements_cannot_tell_is_named() -> None:
     assert found.standard_errors["alpha"] < 1e-6
     (lost,) = found.open_combinations
     assert abs(lost["gamma"]) == pytest.approx(1.0)
+    alone = fit(data, p, ("gamma",), state=(0.1, 0.0, 0.0))
+    assert (alone.status, alone.standard_errors) == ("not-identifiable", {"gamma": math.inf})
+    assert [{"gamma": abs(one["gamma"])} for one in alone.open_combinations] == [{"gamma": 1.0}]
 
 
 def times_1000(*names):

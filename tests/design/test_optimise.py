@@ -10,8 +10,11 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._design.evaluation import same_itinerary_at, settle
+from capsule_sym._design.optimise import program_of
+from capsule_sym._design.optimum import optimum_of
 from capsule_sym._design.pieces import distances
 from capsule_sym._design.quantities import dimensionless_slopes, of
+from capsule_sym._design.stationary import balanced
 from capsule_sym._units import METRIC_UNITS
 from capsule_sym.results import Optimum, Status
 from tests.design.cells import metrics_of
@@ -126,6 +129,32 @@ def test_an_optimum_on_a_border_is_told_with_both_sides() -> None:
     # A smooth minimum would rise with the square of the step.
     assert values[step, 0.0] - values[0.0, 0.0] > 1e-3 * step
     assert values[-step, 0.0] - values[0.0, 0.0] > 1e-3 * step
+
+
+@pytest.mark.parametrize("unit", [1.0, 8.0])
+@pytest.mark.parametrize("maximise", [True, False])
+def test_gains_are_those_of_a_linear_program_in_any_unit(unit: float, maximise: bool) -> None:
+    """3 alpha - 2 zeta + 5 gamma is greatest where 2 alpha is at its limit and zeta is least."""
+    base = cs.Parameters(zeta=0.5, delta=20.0)  # soon settled
+    over, limits = {"alpha": (0.5, 1.5), "zeta": (0.4, 0.9)}, ("2*alpha <= 1.6", "alpha >= 0.1")
+    metric = "3*alpha - 2*zeta + 5*gamma" if maximise else "2*zeta - 3*alpha - 5*gamma"
+    program = program_of(metric, over, base, maximise, limits, None)
+    program = replace(program, unit=unit, limit_units=(2 / unit, unit))
+    place = program.begin(np.array([0.3, 0.0]))
+    assert place is not None
+    found = optimum_of(replace(balanced(program, place), limit=place.objective))
+    sign = 1 if maximise else -1
+    assert found.value == pytest.approx(sign * (1.6 + 5 * base.gamma))
+    assert found.limit == pytest.approx(found.value)
+    assert found.residual == pytest.approx(0.0, abs=1e-12)
+    assert found.over == pytest.approx({"alpha": 0.8, "zeta": 0.4})
+    held, free = found.constraints
+    assert (held.active, held.multiplier) == (True, pytest.approx(1.5))
+    assert (free.active, free.multiplier) == (False, 0.0)
+    assert [held.slack, free.slack] == pytest.approx([0.0, 0.7], abs=1e-12)
+    assert found.bounds == pytest.approx({"zeta": 2.0})
+    fixed = dict.fromkeys(("omega", "delta", "beta", "f_b"), 0.0)
+    assert found.slopes == pytest.approx(fixed | {"gamma": 5.0 * sign})
 
 
 @pytest.mark.long

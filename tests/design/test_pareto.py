@@ -271,6 +271,39 @@ def test_a_point_starts_at_the_best_place_of_each_branch_within_its_bound() -> N
     assert all(one[1] <= 0.5 for one in starts)
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "field", "metric", "best"),
+    [
+        ((0.0, 1.0), (-1.0, np.inf), "against", "omega", "alpha"),
+        ((np.inf, 1.0), (-1.0, 2.0), "metric", "alpha", "omega"),
+    ],
+)
+def test_a_metric_without_a_number_at_an_end_is_named(low, high, field, metric, best) -> None:
+    """The low end is the best of omega, the high one that of alpha."""
+    ends = (FrontPoint(np.full(2, 0.5), np.array(both), None) for both in (low, high))
+    with pytest.raises(cs.InvalidInput, match=f"finite where {best} is best") as caught:
+        searched().between(*ends, 1, 0)
+    assert (caught.value.field, caught.value.value) == (field, metric)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "left"),
+    [
+        ((-1.0, 1.0), (-1.0, 2.0), 0),  # as good at a lower cost
+        ((-1.0, 1.0), (-2.0, 1.0), 1),  # better at the same cost
+        ((-2.0, 1.0), (-1.0, 2.0), 0),  # better and cheaper
+        ((-1.0, 2.0), (-2.0, 1.0), 1),
+    ],
+)
+def test_of_two_ends_one_is_the_whole_front_if_it_betters_the_other(low, high, left) -> None:
+    search = searched()
+    survey = search.survey
+    ends = [FrontPoint(np.full(2, 0.5), np.array(both), None) for both in (low, high)]
+    search.between(*ends, 1, 0)
+    assert search.points == [ends[left]]
+    assert search.survey is survey  # nothing is looked for between them
+
+
 def test_a_point_is_kept_if_none_betters_it_and_none_that_it_betters() -> None:
     search = searched()
     u = np.array([0.5, 0.5])

@@ -11,6 +11,7 @@ from capsule_sym._design import polish as polish_module
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimum import optimum_of
+from capsule_sym._design.pieces import Piece
 from capsule_sym._design.polish import MARGIN, bifurcation_of, polish, with_limit
 from capsule_sym._design.search import Optimisation
 from capsule_sym._design.stationary import local_search
@@ -92,6 +93,20 @@ def test_a_margin_that_the_best_keeps_by_itself_bounds_nothing() -> None:
     found = optimum_of(polish(program, place))
     assert (found.status, found.bifurcation) == ("optimal", "")
     assert np.isnan(found.limit)
+
+
+def test_slacks_on_a_piece_change_as_differences_say_and_those_of_borders_are_distances() -> None:
+    over = {"alpha": (0.6, 1.2), "zeta": (0.05, 0.2)}
+    program = program_of("velocity", over, Parameters(), True, ("work <= 2",), 0.05)
+    u = np.array([0.4, 0.5])
+    piece = Piece(program, program.begin(u))
+    here = piece.at(u)
+    slopes = program.by_u(here.slacks_by)
+    assert len(slopes) > 4
+    assert np.linalg.norm(slopes[2:], axis=1) == pytest.approx(np.ones(len(slopes) - 2), rel=1e-9)
+    for k, step in enumerate(1e-5 * np.eye(2)):
+        change = (piece.at(u + step).slacks - piece.at(u - step).slacks) / 2e-5
+        assert slopes[:, k] == pytest.approx(change, rel=1e-5, abs=1e-7)
 
 
 def test_an_optimum_close_to_a_border_is_one_inside() -> None:
@@ -196,6 +211,20 @@ def test_a_place_is_at_a_basin_boundary_if_it_is_better_where_the_start_settles_
     monkeypatch.setattr(search, "settles_there", lambda place: False)
     found = search.unsolved(off)
     assert (found.bifurcation, found.place) == ("basin boundary", off)
+
+
+@pytest.mark.parametrize(("modulus", "kind"), [(0.995, PERIOD_DOUBLING), (0.98, "kink")])
+def test_a_place_without_better_ones_is_at_a_bifurcation_if_a_multiplier_is_near_the_circle(
+    monkeypatch, modulus, kind
+) -> None:
+    search, off, _ = smooth_search()
+    off.motion.__dict__["multiplier"] = modulus
+    monkeypatch.setattr(search, "search", lambda place: [place])
+    monkeypatch.setattr(polish_module, "floquet_multipliers", lambda orbit: [-modulus])
+    found = search.unsolved(off)
+    assert (found.bifurcation, found.place, found.limit) == (kind, off, off.objective)
+    search.survey.program = replace(search.program, margin=0.001)
+    assert search.unsolved(search.program.begin(off.u)).bifurcation == "kink"
 
 
 def test_the_time_limit_keeps_an_optimum_that_was_found() -> None:

@@ -172,6 +172,30 @@ def test_a_motion_that_is_slow_to_settle_is_closed_a_few_times(closings) -> None
     assert closings.count("core") <= 12  # not for every length that is about a turn
 
 
+@pytest.mark.parametrize("by", ["orbit", "core"])
+def test_the_guess_of_a_continued_motion_is_on_the_tangent_of_its_branch(monkeypatch, by) -> None:
+    """Its error is a quarter at half the step."""
+    p, guesses, errors = cs.Parameters(), [], []
+    motion = evaluation.settle(p, (0.0, 0.0, 0.0))
+    name = {"orbit": "solve_itinerary", "core": "performance_many"}[by]
+    solve = getattr(evaluation, name)
+
+    def noted(row, *given, **how):
+        guesses.append(np.array(given[by == "orbit"], dtype=float))
+        return solve(row, *given, **how)
+
+    monkeypatch.setattr(evaluation, name, noted)
+    for step in (2e-3, 1e-3):
+        moved = p.replace(alpha=p.alpha + step)
+        if by == "orbit":
+            found = evaluation.same_itinerary_at(motion, moved).orbit.z
+        else:
+            found = evaluation.continue_motion(motion, moved).found.states[0]
+        errors.append(float(abs(np.asarray(found, dtype=float) - guesses[-1]).max()))
+    assert len(guesses) == 2
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.02)
+
+
 def test_newton_gives_nothing_that_has_no_number_to_lapack(capfd) -> None:
     def half(found):
         return found["speed"] if found["alpha"].value <= 0.9 else found["speed"] * np.nan

@@ -49,3 +49,22 @@ def test_newton_converges_along_a_curved_constraint(expected) -> None:
     assert model.calls <= 40
     np.testing.assert_allclose(found.place.u, expected.x, atol=1e-7)
     assert found.multipliers[0] > 0.1
+
+
+class Bowl:
+    """The squared distance from a place beyond the upper bound of the first variable."""
+
+    def by_u(self, rows):
+        return rows
+
+    def at(self, u):
+        apart = u - np.array([2.0, 0.3])
+        return Place(u, None, float(apart @ apart), 2 * apart, np.empty(0), np.empty((0, 2)))
+
+
+def test_a_minimum_at_an_upper_bound_has_the_slope_there_as_its_multiplier() -> None:
+    model = Bowl()
+    found = stationary(model, model.at(np.array([1 - 1e-7, 0.25])))
+    assert found.kkt_satisfied
+    assert found.place.u == pytest.approx([1.0, 0.3], abs=1e-9)
+    assert found.bounds == pytest.approx([2.0, 0.0], abs=1e-9)

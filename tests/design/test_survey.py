@@ -57,6 +57,17 @@ def test_places_beyond_a_limit_rank_after_all_within_and_lost_ones_last() -> Non
     assert cells.beyond(program).tolist()[:3] == [0.0, 1.0, 2.0]
 
 
+def test_a_place_from_which_a_run_is_chaotic_has_no_objective() -> None:
+    base = cs.Parameters(alpha=1.88, omega=0.32, delta=0.03, beta=17.57, gamma=7.47)
+    over, limits = {"zeta": (0.05, 0.9)}, ("work <= 9",)
+    program = program_of("peak_force", over, base, False, limits, 0.01)
+    found = evaluate(program, np.array([[0.0], [1.0]]))
+    assert found.numbers.tolist() == [0, 1]
+    assert np.isnan(found.objective).tolist() == [True, False]
+    assert np.isinf(found.slacks).tolist() == [[True, True], [False, False]]
+    assert np.isinf(found.merit(program)).tolist() == [True, False]
+
+
 def test_searches_start_at_places_that_no_neighbour_betters() -> None:
     """Two wells: the best place of each, the deeper one first, and none twice."""
     program = program_of("alpha", {"alpha": (0, 1)}, None, False, (), None)
