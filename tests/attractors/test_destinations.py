@@ -6,6 +6,7 @@ import pytest
 import capsule_sym as cs
 from capsule_sym._attractors.destinations import Arrivals, KnownOrbits, known_orbits
 from capsule_sym._attractors.neighbourhoods import NONE, spectral_radii, stroboscopic
+from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.symmetry import same
 
 BISTABLE = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
@@ -114,3 +115,25 @@ def test_a_matrix_without_all_of_its_numbers_has_no_spectral_radius():
 def test_other_orbits_are_refused(orbits):
     with pytest.raises(cs.InvalidInput, match="orbits"):
         known_orbits(orbits)
+
+
+def test_a_neighbourhood_near_a_fold_shrinks_on_the_way_to_the_saddle() -> None:
+    system = cs.Parameters(
+        alpha=0.88065606, omega=2.5, delta=0.2, zeta=0.0310785, beta=4.2171892, gamma=2.789994
+    )
+    branch = cs.continue_orbit(cs.solve_orbit(system), "delta", 0.9)
+    (fold,) = (one.value for one in branch.bifurcations if one.type == "fold")
+    beside = system.replace(delta=fold - 1e-4)
+    near = [one.orbit for one in branch.points if fold - 5e-4 < one.value < fold]
+    number = near[0].itinerary.period_number
+    both = [orbit_at(beside, stroboscopic(one)[0].tolist(), number) for one in near]
+    found = sorted(filter(None, both), key=lambda one: abs(one.multipliers[0]))
+    orbit, saddle = found[0], stroboscopic(found[-1])
+    rate = abs(orbit.multipliers[0])
+    assert rate < 1 < abs(found[-1].multipliers[0])
+    for _, _, centre, axes in known_orbits([orbit]).near:
+        way = min(saddle - centre, key=np.linalg.norm)
+        start = centre + way / np.linalg.norm(way @ axes)  # on the ellipsoid
+        end = ends(beside, start, 0.0, number)[-1]
+        # The linear map shrinks the norm by q = (1 + rate)/2; half of what is left is the map's.
+        assert np.linalg.norm((end - centre) @ axes) < (1 + (1 + rate) / 2) / 2

@@ -44,3 +44,11 @@ def test_ends_that_close_no_orbit_or_have_not_settled_have_no_number() -> None:
     ends, settled = [0.5, 0.1, 0.25, 0.2, 0.0, 0.1, 0.2], [True] * 5 + [True, False]
     numbers = line.identified(ends, [1, 1, 1, 1, 1, 0, 1], settled)
     assert numbers == [NONE, 0, NONE, 0, 0, NONE, NONE]
+
+
+def test_orbits_are_the_same_if_all_of_their_states_are() -> None:
+    one = Cycle(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), 0.5)
+    turned = Cycle(one.states[::-1], 0.5)
+    other = Cycle(np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]), 0.5)
+    assert one.same(turned)
+    assert not one.same(other)

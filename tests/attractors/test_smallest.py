@@ -106,3 +106,11 @@ def test_bisection_takes_the_first_boundary_of_a_line() -> None:
         outside = search._bisected(np.array([0.2, length, 0.0, 0.0]), 1e-9)
         assert outside == pytest.approx([0.2, end * length, 0.0, 0.0], abs=1e-8)
         assert end * length <= outside[1]
+
+
+def test_knocks_beside_the_end_of_the_period_are_near_to_those_at_its_begin() -> None:
+    search = KnockSearch.__new__(KnockSearch)
+    search.turns = 2
+    points = np.array([[1.99, 1.0, 0.0], [0.1, 2.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    apart = search._apart(points, [np.array([0.01, 1.0, 0.0])])
+    assert apart.tolist() == [[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
