@@ -47,6 +47,9 @@ def name_points(axes: Axes, points: Sequence[tuple[Any, str, str]]) -> None:
     ]
     shown = [line for line in lines if line.shape[1] > 1]
     allocate: Any = textalloc.allocate  # its types are stricter than what it takes
+    # tqdm would start a thread and take locks for a bar that is not shown, and drawing may hang.
+    for module in (textalloc, textalloc.non_overlapping_boxes):
+        vars(module)["tqdm"] = lambda steps, **_: steps
     *_, leaders = allocate(
         axes,
         x,

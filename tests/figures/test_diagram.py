@@ -2,6 +2,7 @@
 
 import json
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -149,3 +150,9 @@ def test_a_diagram_in_a_part_of_a_figure_names_its_bifurcations(record) -> None:
     page = Figure()
     figures.plot_diagram(record, axes=(axes := page.subfigures(1, 2)[0].subplots()))
     assert [text.get_text() for text in axes.texts] == ["PD1"]
+
+
+def test_names_are_placed_without_a_thread_that_outlives_the_drawing(record) -> None:
+    # tqdm, which textalloc calls, starts one, and its locks could make a drawing hang.
+    figures.plot_diagram(record)
+    assert not [one.name for one in threading.enumerate() if "tqdm" in one.name]
