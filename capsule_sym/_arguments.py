@@ -95,6 +95,12 @@ def _items(value: Any) -> Any:
     return value if hasattr(value, "__iter__") and not isinstance(value, str) else None
 
 
+def _rows(value: Any) -> bool:
+    """True for a list, a tuple or an array, whose items may be many and stay there."""
+    array = type(value).__name__ == "ndarray"
+    return value.ndim > 0 if array else _items(value) is not None
+
+
 def _axes(value: Any) -> bool:
     """True for axes of Matplotlib, and for any list, table or array of them."""
     every = value.values() if isinstance(value, Mapping) else _items(value)
@@ -131,7 +137,7 @@ _LEAVES = {
     "Callable": _Kind(lambda v: callable(v) and not isinstance(v, type), "a function"),
     "ArrayLike": _Kind(_numeric, "numbers"),
     "AnyAxes": _Kind(_axes, "axes of Matplotlib, as figure.subplots() gives"),
-    "NDArray": _Kind(lambda v: _items(v) is not None and _numeric(v), "rows of numbers"),
+    "NDArray": _Kind(lambda v: _rows(v) and _numeric(v), "rows of numbers"),
     "Record": _Kind(
         lambda v: isinstance(v, Mapping) and bool({"points", "itinerary"} & v.keys()),
         "a record, as read_branch(file) gives",

@@ -21,6 +21,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import capsule_sym as cs
+import capsule_sym._arguments
 from capsule_sym import CapsuleError
 from capsule_sym._errors import counted
 from capsule_sym._orbits.continuation.records import branch_record
@@ -403,3 +404,17 @@ def test_an_orbit_says_whether_it_is_stable() -> None:
     stable = [point.orbit.stable for point in beyond.points]
     assert stable == [bool(abs(point.multipliers[0]) < 1) for point in beyond.points]
     assert not all(stable)
+
+
+def test_items_of_an_array_are_not_copied_for_its_kind(monkeypatch) -> None:
+    # A list of 10^8 values would take 3 GB and a minute in which Ctrl-C waits.
+    items, of = capsule_sym._arguments._items, []
+
+    def listed(value):
+        of.append(type(value))
+        return items(value)
+
+    monkeypatch.setattr(capsule_sym._arguments, "_items", listed)
+    assert len(cs.inputs.Axis("alpha", ("alpha",), np.array([[0.1], [0.2]]))) == 2
+    assert of
+    assert np.ndarray not in of

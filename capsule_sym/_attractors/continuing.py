@@ -115,7 +115,7 @@ def continue_attractors(
     """
     path = parameter_path(name, ties, parameters.scene)
     grid = real("values", values, "two or more numbers, ascending")
-    if grid.ndim != 1 or len(grid) < 2 or not np.all(np.diff(grid) > 0):
+    if grid.ndim != 1 or len(grid) < 2 or np.isinf(grid).any() or not np.all(np.diff(grid) > 0):
         raise InvalidInput("values", values, "two or more numbers, ascending")
     path.check(parameters, grid[0], grid[-1])
     check_count("periods", periods, 2)

@@ -51,7 +51,7 @@ def attractors(
     out
         Write the JSON and the table as CSV here, over a range of a parameter the picture too.
     """
-    from numpy import array, linspace
+    from numpy import array, errstate, linspace
 
     from capsule_sym._native import Watch
 
@@ -70,7 +70,8 @@ def attractors(
             found = capsule_sym.attractors(parameters, starts, **how)
         else:
             name, (low, high, number) = over
-            values = linspace(low, high, max(int(number), 0)).tolist()
+            with errstate(all="ignore"):  # of infinite ends, which are refused
+                values = linspace(low, high, max(int(number), 0)).tolist()
             if device is not None and name not in parameters.to_dict():
                 how["ties"] = capsule_sym.inputs.device_path(device, name)
             found = capsule_sym.continue_attractors(parameters, name, values, starts, **how)

@@ -1,5 +1,6 @@
 """Attractors along a parameter: births and deaths are where runs of the map begin to behave so."""
 
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -153,3 +154,11 @@ def test_without_the_core_orbits_close_by_their_equations(monkeypatch):
         assert one["count"] == other["count"]
         assert one["itinerary"] == other["itinerary"]
         np.testing.assert_allclose(one["progression"], other["progression"], atol=1e-9)
+
+
+def test_values_have_to_be_finite() -> None:
+    infinite, start = [1.0, np.inf, np.inf], [[0.0, 0.0, 0.0]]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InvalidInput, match="values"):
+            continue_attractors(Parameters(), "omega", infinite, start)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from capsule_sym._attractors.smallest import ACCURACY, WIDTH, KnockSearch
-from capsule_sym._errors import Status
+from capsule_sym.results import Status
 
 Vector = NDArray[np.float64]
 
