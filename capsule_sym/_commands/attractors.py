@@ -51,7 +51,7 @@ def attractors(
     out
         Write the JSON and the table as CSV here, over a range of a parameter the picture too.
     """
-    from numpy import array, errstate, linspace
+    from numpy import array
 
     from capsule_sym._native import Watch
 
@@ -70,8 +70,11 @@ def attractors(
             found = capsule_sym.attractors(parameters, starts, **how)
         else:
             name, (low, high, number) = over
-            with errstate(all="ignore"):  # of infinite ends, which are refused
-                values = linspace(low, high, max(int(number), 0)).tolist()
+            try:
+                values = capsule_sym.inputs.Axis.linear(name, low, high, int(number)).values.ravel()
+            except capsule_sym.InvalidInput as error:  # `count` is also that of the starts
+                error.field = error.field.replace("count", f"COUNT of {name}")
+                raise
             if device is not None and name not in parameters.to_dict():
                 how["ties"] = capsule_sym.inputs.device_path(device, name)
             found = capsule_sym.continue_attractors(parameters, name, values, starts, **how)

@@ -19,7 +19,6 @@ from capsule_sym._map.result import brief
 from capsule_sym._native import check_time, present
 from capsule_sym._parameters import CAPSULE, Scene
 
-Array = NDArray[np.float64]
 START = (*CAPSULE.facts.STATE, "phase")
 STATE = (*CAPSULE.facts.STATE, "x_c")
 

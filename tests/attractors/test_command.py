@@ -78,6 +78,7 @@ def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
         (("--x-r", "0:1", "--starts", "0"), "--starts"),
         (("--x-r", "0:1", "--alpha", "1:2:3", "--beta", "1:2:3"), "only parameter with a range"),
         (("--x-r", "0:1", "--alpha", "1:2:0"), "'1:2:0' has COUNT = 0: must be 1 or more"),
+        (("--x-r", "0:1", "--alpha", "1:2:1000000000"), "COUNT of alpha = 1000000000: must be a"),
         (("--x-r", "0:1", "--alpha", "2:1:3"), "ascending"),
         (("--x-r", "0:1", "--alpha", "1:2"), "LOW:HIGH:COUNT"),
         (("--phase", "0:100"), "phases = 50.0: must be times in"),

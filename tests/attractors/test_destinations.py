@@ -131,7 +131,9 @@ def test_a_neighbourhood_near_a_fold_shrinks_on_the_way_to_the_saddle() -> None:
     orbit, saddle = found[0], stroboscopic(found[-1])
     rate = abs(orbit.multipliers[0])
     assert rate < 1 < abs(found[-1].multipliers[0])
-    for _, _, centre, axes in known_orbits([orbit]).near:
+    ellipsoids = known_orbits([orbit]).near
+    assert ellipsoids
+    for _, _, centre, axes in ellipsoids:
         way = min(saddle - centre, key=np.linalg.norm)
         start = centre + way / np.linalg.norm(way @ axes)  # on the ellipsoid
         end = ends(beside, start, 0.0, number)[-1]
