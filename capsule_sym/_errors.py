@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 
 class CapsuleError(Exception):
-    """Base of every exception that this package raises."""
+    """Base of the package's own exceptions, except `Rejected`."""
 
 
 class InvalidInput(CapsuleError, ValueError):
@@ -94,7 +94,7 @@ class Status(StrEnum):
     curves reached their target; an optimum is optimal, a shock or a pulse found.
     """
 
-    #: All periods are over, or all starts are searched.
+    #: All periods, starts or samples are done.
     FINISHED = "finished"
     #: Every cell of a sweep is computed, periodic or not.
     COMPLETE = "complete"
@@ -139,7 +139,7 @@ class Status(StrEnum):
     NO_ADMISSIBLE_ORBIT = "no-admissible-orbit"
     #: The mean force of drive and load reaches friction: beyond, no motion is periodic.
     DRAGGED = "dragged"
-    #: The curve ends in a codimension-two point, which is in its list.
+    #: The curve ends in a codimension-two point; the last of its list, if that is located.
     CODIMENSION_TWO = "codimension-two"
     #: The largest number of points was reached.
     TOO_MANY_POINTS = "too-many-points"
@@ -149,9 +149,9 @@ class Status(StrEnum):
     #: The best is at a border beyond which the objective is worse or the motion is lost: another
     #: itinerary, stability, or basin; see `bifurcation` and `limit`.
     OPTIMAL_AT_BORDER = "optimal-at-border"
-    #: No place within the bounds satisfies all constraints.
+    #: No place was found within the bounds that satisfies all constraints.
     INFEASIBLE = "infeasible"
-    #: No start leads to a periodic motion.
+    #: The start leads to no periodic motion at any place that was tried.
     NO_MOTION = "no-motion"
     #: The metric is constant, such as a speed if the mass does not reach the spring.
     FLAT = "flat"
@@ -162,8 +162,8 @@ class Status(StrEnum):
     #: The measurements do not determine some combination of the unknowns.
     NOT_IDENTIFIABLE = "not-identifiable"
 
-    #: A pulse leads from one attractor to the other; or a knock loses the motion, and no knock that
-    #: was tried is smaller.
+    #: A pulse leads from one attractor to the other; or a knock loses the motion, and no smaller
+    #: one that was tried does.
     FOUND = "found"
     #: No knock up to the largest loses the motion.
     NOT_LOST = "not-lost"
@@ -193,7 +193,7 @@ class Ended:
 
     @property
     def success(self) -> bool:
-        """True if the result is complete; otherwise `status` and `message` give the reason."""
+        """True if the result is complete; otherwise `status` gives the reason."""
         return self.status.success
 
 

@@ -240,8 +240,8 @@ def _names_of(kind: Any) -> tuple[str, ...]:
 class SceneParameters(_Frozen):
     """Dimensionless parameters of a scene.
 
-    Every value is converted to a float. Raises `InvalidInput` unless all are finite and in the
-    ranges that the scene's declaration gives.
+    Every value is converted to a float. Raises `InvalidInput` unless all are finite, of the signs
+    that the scene's declaration gives, and shares in their ranges. A run checks the other ranges.
     """
 
     __slots__ = ()
@@ -268,8 +268,8 @@ class SceneParameters(_Frozen):
 class SceneDevice(_Frozen, Scales):
     """Parameters of a device of a scene in SI units, with the scales of results in SI units.
 
-    Every value is converted to a float. Raises `InvalidInput` unless all are finite and in the
-    ranges that the scene's declaration gives, and unless the friction force, the natural frequency,
+    Every value is converted to a float. Raises `InvalidInput` unless all are finite and of the
+    signs that the scene's declaration gives, and unless the friction force, the natural frequency,
     the length scale and the dimensionless parameters are representable.
     """
 
@@ -288,7 +288,7 @@ class SceneDevice(_Frozen, Scales):
         raise NotImplementedError
 
     def dimensionless(self) -> SceneParameters:
-        """Return the dimensionless parameters of this device, with f_b = 1 (dry friction)."""
+        """Return the dimensionless parameters of this device; f_b, if there is one, is 1."""
         try:
             return self.scene.Parameters(**self.ratios())
         except InvalidInput as error:
@@ -467,7 +467,8 @@ def load_parameters(path: str | PathLike[str]) -> SceneParameters | SceneDevice:
     Raises
     ------
     InvalidInput
-        If the file cannot be read, is not TOML, or has a key or a value that is not allowed.
+        If the file cannot be read, is not TOML, mixes both kinds, lacks a quantity of a device, or
+        has a key or a value that is not allowed.
 
     Examples
     --------

@@ -25,13 +25,15 @@ from capsule_sym._parameters import SceneParameters
 
 @dataclass(frozen=True, eq=False)
 class Attractor:
-    """Stable closed orbit, and the number of starts that lead to it; dimensionless.
+    """Stable closed orbit, and how many starts lead to it; dimensionless.
 
-    `count` is that number, and `fraction` its share of all starts, those without an attractor
-    included. `interval` is the 95 % confidence interval of the attractor's fraction of the region
-    that the starts represent, by Clopper and Pearson. It holds for practically independent starts.
+    `number` is its number in a basin or a list, from 0 on. `count` is the number of starts, and
+    `fraction` its share of all starts, those without an attractor included. `interval` is the 95 %
+    confidence interval of the attractor's fraction of the region that the starts represent, by
+    Clopper and Pearson. It holds for practically independent starts.
     """
 
+    number: int
     orbit: Orbit
     count: int
     fraction: float
@@ -67,7 +69,7 @@ class Attractor:
 
     def to_dict(self) -> dict[str, Any]:
         """Attractor as plain values."""
-        return orbit_record(self.orbit) | record(self, "count fraction interval states")
+        return orbit_record(self.orbit) | record(self, "number count fraction interval states")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,7 +78,8 @@ class Attractors(Result, Labelled):
 
     `numbers` has for each start the number of its attractor among `attractors`, or -1 if it has not
     settled on a closed orbit within the run: chaos, an orbit of more than 16 periods, a slow
-    approach, or a run that was ended by a time limit or Ctrl-C. `unsettled` is the number of these.
+    approach, a motion that repeats but does not attract, or a run that could not be decided, or was
+    ended by a time limit or Ctrl-C. `unsettled` is the number of these.
     """
 
     parameters: SceneParameters
@@ -137,7 +140,8 @@ def collected(
 ) -> tuple[tuple[Attractor, ...], NDArray[np.int16]]:
     """Attractors in the order of the most starts, and the starts' new numbers in that order.
 
-    Starts whose orbit is None get the number NONE.
+    `numbers` has for each start the index of its orbit, or NONE; so has a start whose orbit is
+    None in the end.
     """
     counts = np.bincount(numbers[numbers >= 0], minlength=len(orbits))
     order = [i for i in np.argsort(-counts, kind="stable").tolist() if orbits[i] is not None]
@@ -145,8 +149,8 @@ def collected(
     rank[order] = np.arange(len(order))
     chosen = [orbit for i in order if (orbit := orbits[i]) is not None]
     found = tuple(
-        Attractor(orbit, count, count / total, interval(count, total))
-        for orbit, count in zip(chosen, counts[order].tolist(), strict=True)
+        Attractor(number, orbit, count, count / total, interval(count, total))
+        for number, (orbit, count) in enumerate(zip(chosen, counts[order].tolist(), strict=True))
     )
     return found, rank[numbers].astype(np.int16)
 

@@ -41,17 +41,17 @@ def attractors(
     orbits are solved by Newton's method from the ends of runs that nearly repeat.
 
     A start that does not settle within `periods` has the number -1. Its motion is chaotic, an orbit
-    of more than 16 periods, or a slow approach. After `max_seconds` the result has the attractors
-    found so far.
+    of more than 16 periods, or a slow approach, or its run cannot be decided. After `max_seconds`
+    the result has the attractors found so far.
 
     Parameters
     ----------
     parameters : Parameters or SceneParameters
         Parameters of the capsule or of a scene, dimensionless.
     starts : array_like of shape (n, 3), or mapping of str to float or (low, high)
-        Start states (x_r, v_r, v_c), dimensionless. Or a box: bounds of x_r, v_r, v_c and phase by
-        name, such as `{"x_r": (-2, 2), "v_r": (-2, 2)}`. A single number is a fixed value, and a
-        missing name is 0. A box has an extent in at least one of the names.
+        Start states (x_r, v_r, v_c), dimensionless, each from -1e20 to 1e20. Or a box: bounds of
+        x_r, v_r, v_c and phase by name, such as `{"x_r": (-2, 2), "v_r": (-2, 2)}`. A single number
+        is a fixed value, and a missing name is 0. A box has an extent in at least one of the names.
     count : int, default 400, 1 to 1,000,000
         Number of points of a box. It has no effect on given states.
     phases : float or array_like of shape (n,), default 0, from 0 to below 2 pi/omega
@@ -75,7 +75,7 @@ def attractors(
     Raises
     ------
     InvalidInput
-        For a value outside its range, and for a box without extent.
+        For a value outside its range, for a box without extent, and for `phases` with a box.
 
     Notes
     -----
@@ -121,6 +121,7 @@ def attractors(
     with Watch(checked_seconds(max_seconds)):
         known.destination(np.zeros(total, np.intp), found, times, periods, report=report)
         status = Status.FINISHED
+    orbits += [None] * (len(known.cycles[0]) - len(orbits))  # not solved within the time
     reached, numbers = collected(found.numbers, orbits)
     return Attractors(parameters, reached, states, times, numbers, periods, status)
 

@@ -46,12 +46,14 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class AttractorBranch:
-    """One attractor along the parameter, at neighbouring values; dimensionless.
+    """One attractor along the parameter, at neighbouring values.
+
+    Dimensionless, except values of the parameter if it is in SI units.
 
     `birth` is None if it exists at the first value, `death` if it exists at the last. Both are
     named tuples. `interval` has the values of the parameter between which it is. `bifurcation` is
-    that of the branch, with its `value` and `type`; if none was located it is None, `value` is nan,
-    and `message` gives the reason.
+    that of the branch, with its `value` and `type`; if none was located it is None, `type` "not
+    located", `value` nan, and `message` gives the reason.
     """
 
     number: int
@@ -92,7 +94,7 @@ class AttractorBranch:
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Columns, shape (k,), with a row for each value."""
+        """Columns, shape (k,), with a row for each value; raises InvalidInput as `orbit` does."""
         texts, paces = zip(*self.shown, strict=True)
         return {
             self.path.name: self.values,
@@ -114,7 +116,9 @@ class AttractorBranch:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContinuedAttractors(Result, Labelled):
-    """Attractors along a parameter, in the order of their first values; dimensionless.
+    """Attractors along a parameter, in the order of their first values.
+
+    Dimensionless, except values of the parameter if it is in SI units.
 
     `unsettled` is for each value the number of starts that have not settled on a closed orbit.
     """

@@ -85,6 +85,7 @@ def continue_attractors(
     -------
     ContinuedAttractors
         `branches` has one attractor each, with its `values`, `fractions`, `birth` and `death`.
+        These two are None at the ends of the range; their `value` is nan if none is located.
         `unsettled` has the number of unsettled starts at each value. `status` is "finished" or
         "time-limit". All quantities are dimensionless; a new name has the units of its ties.
 

@@ -14,13 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._attractors.neighbourhoods import (
-    NEUTRAL,
-    NONE,
-    Runs,
-    spectral_radii,
-    stroboscopic,
-)
+from capsule_sym._attractors.neighbourhoods import NEUTRAL, NONE, Runs, spectral_radii, stroboscopic
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.many import spread
 from capsule_sym._map.steady import LONGEST

@@ -156,17 +156,14 @@ class Links:
         It is sought on the orbit of half the period beyond it, since border collisions may hide it.
         """
         turn = max(branch.points, key=lambda point: side * point.value)
-        states, (low, high) = (
-            stroboscopic(turn.orbit),
-            sorted(self.values[[cell[0], cell[0] + side]]),
-        )
+        low, high = sorted(self.values[[cell[0], cell[0] + side]])
+        states = stroboscopic(turn.orbit)
         near = 1e-3 * (high - low)  # far enough beyond the turn, and near enough to be its doubling
         at = turn.value + side * near
         if len(states) % 2 or not low < at < high:
             return None
-        half = placed_at(self.path, self.base, at), states[0].tolist(), len(states) // 2
-        orbit = orbit_at(*half)
-        if orbit is None:
+        there = placed_at(self.path, self.base, at)
+        if (orbit := orbit_at(there, states[0].tolist(), len(states) // 2)) is None:
             return None
         found = loss(self._branch(orbit, float(self.values[cell[0]])))
         return found if found is not None and abs(found.value - turn.value) <= near else None

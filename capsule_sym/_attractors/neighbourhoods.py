@@ -33,7 +33,7 @@ MOST_OPEN = 100
 NEUTRAL = 1e-9
 """Distance below 1 of a multiplier within rounding."""
 
-_SHELLS = 4.0 ** -np.arange(1, 13)  # radii over the orbit's size: from its quarter down to rounding
+_SHELLS = 4.0 ** -np.arange(1, 13)  # radii over the orbit's size: from its quarter to 6e-8
 _DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
 _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1)[:, None]
 # A plane nearer to the centre than this share of a shell's radius cuts off more than a third of

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.neighbourhoods import stroboscopic
-from capsule_sym._errors import Status, counted
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields, record
@@ -50,10 +50,11 @@ class Pulse(Result, Labelled):
     """A change of the drive for some periods that leads from one attractor to another.
 
     In SI units if the system is a device, else dimensionless. Without a pulse `value`, `work`,
-    `interval` and `state` are nan, `periods`, `transient` and `duration` 0, and there are no
-    `runs` and `drives`.
+    `interval` and `state` are nan, `periods`, `transient` and `duration` 0, and `runs` and `drives`
+    raise InvalidInput.
     """
 
+    _of_system = True
     start: Orbit
     end: Orbit
     system: System
@@ -95,8 +96,12 @@ class Pulse(Result, Labelled):
 
     @cached_property
     def runs(self) -> tuple[Trajectory, Trajectory, Trajectory]:
-        """Runs of two periods before the pulse, during it, and after it; dimensionless."""
-        assert self.periods
+        """Runs of two periods before the pulse, during it, and after it; dimensionless.
+
+        Raises InvalidInput if no pulse was found.
+        """
+        if not self.periods:
+            raise InvalidInput("pulse", self, "a result with a pulse")
         usual, changed = self.drives
         marks = stroboscopic(self.start)
         state = marks[(self.begins - _BEFORE) % len(marks)].tolist()
@@ -111,7 +116,10 @@ class Pulse(Result, Labelled):
 
     @cached_property
     def transient(self) -> int:
-        """Excitation periods after the pulse until the motion is within 0.1 % of its end."""
+        """Excitation periods after the pulse until states at phase 0 are near to those of `end`.
+
+        That is within 0.001 times 1 + the largest entry of these; at most 65,536 periods.
+        """
         if not self.periods:
             return 0
         usual, changed = self.drives

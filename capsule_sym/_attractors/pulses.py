@@ -23,6 +23,7 @@ from capsule_sym._attractors.pulse import Pulse, PulseWindow, longest, pulsed
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.checks import check_count, check_start, checked_ends, checked_seconds
 from capsule_sym._native import Watch
+from capsule_sym._native.watch import silent
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import same, whole_orbit
 from capsule_sym._parameters import SceneDevice
@@ -54,7 +55,7 @@ def switch_by_pulse(
     `values` are tried first for each number of periods, four times as many if none of them leads to
     the end. More are tried between those that lead to different attractors: much narrower intervals
     are found beside basin boundaries. The value is the middle of the widest interval. A run that
-    the core cannot decide has a tenth of the time left; beyond it its end is unknown.
+    the core cannot decide in 100 segments, or in a tenth of the time left, has an unknown end.
 
     Parameters
     ----------
@@ -64,8 +65,8 @@ def switch_by_pulse(
         Another stable periodic orbit, at the same parameters.
     over : mapping of str to (low, high), optional
         Bounds of the value of one parameter of the drive: of alpha or omega, of alpha_low or D if
-        the drive is pulsed, dimensionless. For a device they are bounds of P_d or Omega in SI
-        units. By default the amplitude varies from 0 to twice its own.
+        the drive is pulsed, dimensionless. For a device they are bounds of P_d or Omega, or
+        of P_low or duty, in SI units. By default the amplitude varies from 0 to twice its own.
     base : PhysicalParameters, Parameters or SceneParameters, optional
         Device whose dimensionless parameters are those of the orbits. The default is the parameters
         of the orbits.
@@ -122,7 +123,7 @@ def switch_by_pulse(
     check_count("values", values, 9, 10**6)
     search = PulseSearch(start, end, system, name)
     with Watch(checked_seconds(max_seconds)):
-        search.run(ends, most_periods, values, progress or (lambda said: None))
+        search.run(ends, most_periods, values, progress or silent)
     found: dict[str, Any] = {}
     if (best := search.best) is not None:
         found = {"value": (best.low + best.high) / 2, "interval": (best.low, best.high)}
@@ -148,11 +149,7 @@ class PulseSearch:
         self.status, self.message = Status.TIME_LIMIT, "time limit reached before the last pulse"
 
     def run(
-        self,
-        ends: tuple[float, float],
-        most: int,
-        values: int,
-        report: Callable[[str], object],
+        self, ends: tuple[float, float], most: int, values: int, report: Callable[[str], object]
     ) -> None:
         """Find the windows of the fewest periods, and confirm the widest one."""
         for periods in range(1, most + 1):
@@ -212,7 +209,10 @@ class PulseSearch:
 def _bounds(
     over: Mapping[str, Sequence[float]] | None, system: System
 ) -> tuple[str, tuple[float, float]]:
-    """Parameter that the pulse changes, and its bounds; raises InvalidInput for others."""
+    """Parameter that the pulse changes, and its bounds; by default the amplitude to twice its own.
+
+    Raises InvalidInput for others.
+    """
     allowed = drives(system)
     name = next(iter(allowed))
     over = {name: (0.0, 2 * getattr(system, name))} if over is None else over

@@ -19,6 +19,7 @@ from capsule_sym._map.checks import check_count, checked_seconds, is_real
 from capsule_sym._map.evaluation import real
 from capsule_sym._map.result import Result, brief
 from capsule_sym._native import Watch
+from capsule_sym._native.watch import silent
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
 
@@ -30,8 +31,9 @@ _SHOWN = 64  # excitation periods of these runs
 class Shock(Result):
     """Smallest knock after which a motion is lost; dimensionless.
 
-    The knock loses the motion, which returns after one smaller by a share of 2e-6. The least size
-    is the same within the relative `accuracy`, unless another part of the boundary is nearer. If no
+    The knock loses the motion. If it is found, the motion returns after one smaller by a share of
+    2e-6, and the least size is the same within the relative `accuracy`, unless another part of the
+    boundary is nearer. At a time limit the knock is the smallest one so far. If no
     knock was found, it and its related values are None, and `size` is the radius up to which knocks
     were tried.
     """
@@ -49,7 +51,7 @@ class Shock(Result):
     start: Vector | None
     """State of the motion before the knock, shape (3,)."""
     attractor: Orbit | None
-    """Attractor of runs from just beyond; None if they settle on no periodic motion."""
+    """Attractor of a run from just beyond; None without one, or if the time is up."""
     tried: int
     """Number of knocks tried."""
     status: Status
@@ -117,9 +119,9 @@ def minimal_shock(
     loses the motion.
 
     The shock leads to the nearest point of the boundary, within 1e-4 of its size. It is not proved
-    that no other part of the boundary is nearer. A run that the core cannot decide has a tenth of
-    the time left; beyond it, it counts as one that returns. After `max_seconds` the result is the
-    best so far.
+    that no other part of the boundary is nearer. A run that the core cannot decide in 100 segments,
+    or in a tenth of the time left, counts as one that returns. After `max_seconds` the result is
+    the best so far.
 
     Parameters
     ----------
@@ -148,7 +150,8 @@ def minimal_shock(
     -------
     Shock
         `knock` is the change of the state, `size` its size, `phase` its time, `start` the state
-        before it, `attractor` the motion beyond. `status` is "found", "not-lost" if no shock up to
+        before it, `attractor` the motion beyond, None if it is not periodic. Without a shock they
+        are None, and `size` is the largest tried. `status` is "found", "not-lost" if no shock up to
         `largest` loses the motion, or "time-limit". All quantities are dimensionless.
 
     Raises
@@ -183,13 +186,12 @@ def minimal_shock(
     units = _units(weights)
     if largest is not None and not (is_real(largest) and 0 < largest < math.inf):
         raise InvalidInput("largest", largest, "a finite number > 0")
-    search, beyond = KnockSearch(orbit, units, largest, periods, seed), None
+    search, settled = KnockSearch(orbit, units, largest, periods, seed), None
     with Watch(checked_seconds(max_seconds)):
-        search.run(samples, progress or (lambda said: None))
+        search.run(samples, progress or silent)
         if search.best is not None:
             (time,), _, (state,) = search.starts(search.best[None])
             settled = solve_orbit(orbit.parameters, state, time % search.period, search.periods)
-            beyond = settled if settled.success else None
     found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
     if search.best is not None:
         (time,), (start,), (state,) = search.starts(search.best[None])
@@ -198,10 +200,10 @@ def minimal_shock(
         orbit=search.orbit,
         weights=tuple(weights),
         size=search.radius,
-        attractor=beyond,
+        attractor=settled if settled and settled.success else None,
         tried=search.tried,
         status=search.status,
-        message=_message(search, samples, beyond),
+        message=_message(search, samples, settled),
         **found,
     )
 
@@ -215,8 +217,8 @@ def _units(weights: Sequence[float]) -> Vector:
     return np.diag(1 / given)[:, np.isfinite(given)]
 
 
-def _message(search: KnockSearch, samples: int, attractor: Orbit | None) -> str:
-    """Status of a search, as a sentence."""
+def _message(search: KnockSearch, samples: int, settled: Orbit | None) -> str:
+    """Status of a search, as a sentence, by what a run beyond the knock settles on."""
     tried = counted(search.tried, "knock")
     if search.status is Status.NOT_LOST:
         return f"none of {tried} up to {search.radius:.6g} loses the motion"
@@ -224,6 +226,8 @@ def _message(search: KnockSearch, samples: int, attractor: Orbit | None) -> str:
         return "time limit reached before a knock was found that loses the motion"
     if search.status is Status.TIME_LIMIT:
         return f"time limit reached: smallest of {tried} so far"
-    where = "another motion" if attractor is not None else "no periodic motion"
+    where = "no periodic motion" if settled else "a motion that is unknown: the time was up"
+    if settled and settled.success:
+        where = "another motion"
     smaller = counted(samples, "smaller knock")
     return f"runs beyond it lead to {where}; the motion returns after {smaller}"

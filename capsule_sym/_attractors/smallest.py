@@ -128,8 +128,7 @@ class KnockSearch:
         apart: Any = abs(resized(points, 1.0)[:, None] - resized(np.array(known), 1.0))
         apart[..., 0] %= self.turns
         apart[..., 0] = np.minimum(apart[..., 0], self.turns - apart[..., 0])
-        found: Vector = points[apart.max(axis=2).min(axis=1) > _APART]
-        return found
+        return np.asarray(points[apart.max(axis=2).min(axis=1) > _APART])
 
     def _polish(self, points: Vector, width: float) -> Vector:
         """Smallest knock next to the least of some: random changes, while a smaller one is found.

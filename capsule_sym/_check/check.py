@@ -45,7 +45,8 @@ def check_switches(
 
     Errors are compared with their growth: `growth` is the shift of each switch by an error of the
     segments before it. From `horizon` on no double can follow the motion, and switches are not
-    compared. The exact run stops after `max_seconds`; switches are then compared up to there.
+    compared. The exact run stops after `max_seconds` or 20,000 segments; switches are then
+    compared up to there.
 
     A switch counts as found if its time is wrong by less than an eighth of a period, and no other
     switch of the same kind is nearer. It is the period of the drive or of the mass on its spring,

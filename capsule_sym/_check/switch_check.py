@@ -73,7 +73,7 @@ class SwitchCheck:
     None where there is no such switch.
     """
     horizon: float
-    """Time up to which switches are compared; infinite if a double can follow the whole motion."""
+    """Time up to which switches are compared; infinite if up to the end of the motion."""
     differences: tuple[Difference, ...]
     used: float | None
     """Tolerance that the integrator had, if it is known."""
@@ -99,7 +99,8 @@ class SwitchCheck:
     def tolerance(self) -> float | None:
         """Tolerance with which no switch would be missed; None if the one used is small enough.
 
-        The error of a segment is assumed to be proportional to the tolerance, and at least equal.
+        Also None if the one used is unknown, or the set-up is wrong. The error of a segment is
+        assumed to be proportional to the tolerance, and at least equal.
         """
         if not self.used or not self.needed or self.differences[0].cause is Cause.SETUP:
             return None

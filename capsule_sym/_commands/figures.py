@@ -66,12 +66,12 @@ def figure(
 ) -> None:
     """Draw results that other commands wrote.
 
-    A RESULT is a file that `branch --out` wrote, or several; a file of `curve --out`; or the
-    directory of `sweep` or `basin`. Of branches, with those that leave theirs, a colour is a
+    A RESULT is a directory that another command wrote, or its branch.json or curves.json; several
+    branches can be given. Of branches, with those that leave theirs, a colour is a
     branch; stable orbits are solid, unstable ones dashed; every bifurcation has its label, and the
     key its type and value. Of curves a colour is a type of bifurcation; a circle is a point of
     codimension two. Of a sweep over two parameters a colour is an itinerary, of a basin an
-    attractor. With --out other commands draw their results themselves.
+    attractor. With --out other commands draw their results, if they have a figure.
 
     Parameters
     ----------
@@ -82,6 +82,7 @@ def figure(
         Of a sweep: a file of `curve --json` or --out, whose curves are drawn on top; any number.
     """
     picture.check()
+    subjects = tuple(map(_file_of, subjects))
     if os.path.isdir(first := subjects[0]):
         if len(subjects) > 1:
             raise click.UsageError(f"{first} is drawn alone: leave {subjects[1]} out")
@@ -92,6 +93,12 @@ def figure(
         drawn = _of_files(subjects, quantity, picture.width)
     capsule_sym.figures.save_figure(drawn, picture.out, dpi=picture.dpi)
     present.report_written(picture.out, as_json=as_json)
+
+
+def _file_of(path: Path) -> Path:
+    """File of the branches or curves in a directory; other paths as they are."""
+    files = (path / name for name in ("branch.json", "curves.json"))
+    return next((file for file in files if file.is_file()), path)
 
 
 def _of_files(paths: Sequence[Path], quantity: str | None, width: float) -> Figure:

@@ -45,7 +45,7 @@ def orbit(
     Parameters
     ----------
     starts
-        Search from so many random states too, for unstable and coexisting orbits.
+        Search from so many random states instead, for unstable and coexisting orbits.
     seed
         Random seed of --starts.
     out

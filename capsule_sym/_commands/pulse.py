@@ -32,7 +32,7 @@ def pulse(
 
     For some periods one parameter of the drive has another value, by default alpha; then the drive
     is as before. --over names another parameter. The motions are those from --state and --to, or
-    numbers --between attractors of ranges of starts, as `capsule-sym attractors` shows them.
+    numbers --between attractors of ranges of starts, in the list of `capsule-sym attractors`.
 
     Exits with 3 if a motion is not periodic, or no pulse is found. After Ctrl-C, as at the time
     limit, the results so far are shown and written.

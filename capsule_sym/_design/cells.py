@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import UNKNOWN, drifting, settle_many
 from capsule_sym._design.program import KEPT, Program
-from capsule_sym._design.quantities import System, dimensionless, values_of, with_units
+from capsule_sym._design.quantities import with_units
 from capsule_sym._errors import counted
 from capsule_sym._native import present
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances
 from capsule_sym._parameters import Scene, SceneDevice
+from capsule_sym._systems import System, dimensionless, values_of
 
 BEYOND = 1e100
 """Merit of a place beyond a limit by nothing: more than any objective."""
@@ -88,8 +89,7 @@ class Cells:
 
     def beyond(self, program: Program) -> Vector:
         """Largest violation of a limit (n,), in units of the limits."""
-        found: Vector = np.maximum(0.0, -(self.slacks / program.sizes).min(axis=1, initial=np.inf))
-        return found
+        return np.asarray(np.maximum(0.0, -(self.slacks / program.sizes).min(1, initial=np.inf)))
 
     def merit(self, program: Program) -> Vector:
         """Objective over its unit (n,), BEYOND or more beyond limits; infinite without a motion."""

@@ -3,9 +3,9 @@
 MAX_SECONDS = 60.0
 """Default limit of time of an optimum or a front: several times what a usual one takes."""
 SAMPLES = 1, 1_000_000
-"""Cells of a survey."""
+"""Places of a survey."""
 FOLLOW = 1, 1_000
-"""Places at which a search starts."""
+"""Guesses of a fit from which a search starts."""
 POINTS = 2, 10_000
 """Points of a front."""
 STARTS = 0, 100_000
@@ -13,4 +13,4 @@ STARTS = 0, 100_000
 STEPS = 1, 100_000
 """Largest number of runs with derivatives for one guess of a fit."""
 SEED = 0, 10**12
-"""Random seed of cells or guesses."""
+"""Random seed of places or guesses."""

@@ -1,8 +1,7 @@
 """Steady motions and their metrics for the optimiser: from a start, next to another one, or many.
 
 The C core closes a motion and differentiates its metrics. The orbit's equations are used for a
-motion that the core cannot decide, and beyond the place where the map leaves an itinerary. No other
-module of the package names the source of the metrics.
+motion that the core cannot decide, and beyond the place where the map leaves an itinerary.
 """
 
 from __future__ import annotations
@@ -162,12 +161,13 @@ def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | Non
 
 _REPEATED = 1e-2  # change over its periods, over the motion's size, below which a run is closed
 _REPEATS, _APART = 5e-2, 0.2  # the same of all states of its last period, and over their spread
-_NEAR = 1e-2  # distance of the closed motion from its run
+_NEAR = 1e-2  # distance of the closed motion from its run, over the motion's size
 FIRST, _MOST = 64, 1024
 """Excitation periods of the first stretch of a run and of the last: within these a motion settles
 at a damping of 0.003."""
 UNKNOWN = -1
-_ARRIVED = 1e-7  # distance at which a run has arrived at its motion
+"""Number of periods of a motion that no run could decide."""
+_ARRIVED = 1e-7  # distance of a run that has arrived at its motion, over the motion's size
 
 
 class Settled(NamedTuple):
@@ -204,8 +204,8 @@ def settle_many(
 ) -> Settled:
     """Motions on which starts (n, 3) settle, at rows (n, k) of the parameters of a scene.
 
-    Each run is looked at after `first` excitation periods; others continue for twice
-    as long, and so on for stretches of at most `most`.
+    Runs that have not settled after `first` excitation periods continue for twice as long, and so
+    on, in stretches of at most `most`.
     """
     count = len(rows)
     whole = _nothing(count, scene)
@@ -213,17 +213,13 @@ def settle_many(
     begin = np.broadcast_to(np.asarray(states, dtype=float), (count, 3))
     at = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
     while len(left) and length <= most and not present().over:
-        run = simulate_many(
-            rows[left],
-            begin,
-            at,
-            length,
-            keep="stroboscopic",
-            max_seconds=present().left,
-            max_open=max_open,
-            threads=processors(),
-            scene=scene,
-        )
+        how: dict[str, Any] = {
+            "max_seconds": present().left,
+            "max_open": max_open,
+            "threads": processors(),
+        }
+        starts = rows[left], begin, at
+        run = simulate_many(*starts, length, keep="stroboscopic", scene=scene, **how)
         whole.period_numbers[left[~run.success]] = UNKNOWN
         left = left[run.success]
         seen = min(length, 2 * LONGEST + 1)

@@ -15,21 +15,14 @@ from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.least_squares import LOSSES, Errors, Least, errors_of, least
 from capsule_sym._design.measured import Measured, measured
-from capsule_sym._design.misfit import (
-    OF_START,
-    PHASE,
-    STATE,
-    Misfit,
-    guesses,
-    limits_of,
-    period_of,
-)
-from capsule_sym._design.quantities import System, values_of
+from capsule_sym._design.misfit import OF_START, PHASE, STATE, Misfit, guesses, limits_of, period_of
+from capsule_sym._design.quantities import units_in
 from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._map import checks
 from capsule_sym._map.result import Result, brief
 from capsule_sym._native import TimeUp, Watch
-from capsule_sym._systems import check_parameter
+from capsule_sym._native.watch import silent
+from capsule_sym._systems import System, check_parameter, values_of
 
 _POOR = 0.5  # noise of a column, over its spread: a quarter of its variance is unexplained
 _AT_BOUND = 1e-6  # distance from a bound, over the size of the value, that counts as none
@@ -68,7 +61,7 @@ def fit(
         Known parameters, and first guesses of the unknown ones, dimensionless or in SI units.
     unknown : sequence of str
         Names of the unknowns, at least one: parameters of `system`, and x_r, v_r, v_c, phase, x_c
-        of the start (x_c: the capsule's position).
+        of the start (x_c: the capsule's position, 0 if it is known, and as first guess).
     state : sequence of float, default (0.0, 0.0, 0.0)
         State (x_r, v_r, v_c) at the first time, or a guess, of size at most 1e20. Dimensionless, or
         in SI units if `system` is a device.
@@ -81,7 +74,8 @@ def fit(
     loss : {"linear", "cauchy"}, default "linear"
         Loss of the squared residuals. That of Cauchy gives outliers less weight.
     starts : int, default 0, 0 to 100,000
-        Number of further random guesses, within `bounds` or else between half and twice the guess.
+        Number of further random guesses: within `bounds`, else from half to twice the guess, a
+        phase in its whole period. A guess of either sign changes by up to its size; 0 counts as 1.
     follow : int, default 4, 1 to 1,000
         Number of guesses that are continued: the best ones, of the given guess and all others.
     seed : int, default 0, 0 to 10**12
@@ -104,7 +98,7 @@ def fit(
     Raises
     ------
     InvalidInput
-        For columns, names, bounds or values that are not allowed.
+        For columns, names, bounds or values that are not allowed, and without a C core.
 
     Notes
     -----
@@ -133,7 +127,7 @@ def fit(
         raise InvalidInput("unknown", ", ".join(unknown), "one or more different names")
     checks.check_phase(phase, period_of(system))
     given = dict(zip(STATE, checks.checked_state(state), strict=True)) | {PHASE: phase}
-    problem = Misfit(measured(data), system, unknown, given, progress)
+    problem = Misfit(measured(data), system, unknown, given, progress or silent)
     limits = limits_of(problem, bounds or {})
     check_one_of("loss", loss, LOSSES)
     checks.check_count("starts", starts, *STARTS)
@@ -148,7 +142,7 @@ def fit(
             problem.doing = f"start {k} of {len(best)}"
             found.append(least(problem, guess, limits, loss, steps))
         status = Status.FINISHED
-    problem.progress = None
+    problem.progress = silent
     least_squares = min(found, key=lambda one: one.cost) if found else Least(problem.latest)
     errors = errors_of(problem, least_squares)
     if status is Status.FINISHED:
@@ -197,7 +191,7 @@ def _status(
     status, message = Status.NOT_CONVERGED, found.message
     if found.success:
         status, message = Status.CONVERGED, "the least squares converged"
-    advice = "try starts=64, other guesses, and check units"
+    advice = "try starts=64, other drawn, and check units"
     for names, cause, text in (
         (poor, Status.UNEXPLAINED, f"the noise is {', '.join(poor)}: {advice}"),
         (apart, Status.NOT_IDENTIFIABLE, f"the data do not determine {', '.join(apart)}"),
@@ -222,11 +216,12 @@ class Fit(Result):
     state: tuple[float, float, float]
     """(x_r, v_r, v_c) at the first time."""
     phase: float
-    """Phase of the forcing at the first time."""
+    """Time in the forcing's period at the first time; a fitted one may be outside of it."""
     values: dict[str, float]
     """Fitted values, by name."""
     standard_errors: dict[str, float]
-    """Standard errors of the values; infinite for values in `open_combinations`."""
+    """Standard errors of the values; infinite for those with a share above 0.1 in an entry of
+    `open_combinations`."""
     covariance: Matrix
     """Covariance of the values, shape (k, k)."""
     status: Status
@@ -236,7 +231,7 @@ class Fit(Result):
     evaluations: int
     """Number of runs, with and without derivatives."""
     noise: float
-    """Standard deviation of the residuals."""
+    """Standard deviation of `residuals`, in their unit; a robust one for the loss "cauchy"."""
     noise_by_column: dict[str, float]
     """The same of each column, in units of its own spread about its linear trend."""
     autocorrelation: float
@@ -260,8 +255,12 @@ class Fit(Result):
         return brief(self, f"{told}, {self.status}")
 
     def to_dict(self) -> dict[str, Any]:
-        """Result by name, as numbers, texts, lists and dicts."""
-        return super().to_dict() | {"parameters": values_of(self.system)}
+        """Result by name, as JSON has it: None stands for a number that is not finite.
+
+        `units` has the SI units of a device's parameters and start, and is empty without one.
+        """
+        more = {"parameters": values_of(self.system), "units": units_in(self.system)}
+        return super().to_dict() | more
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:

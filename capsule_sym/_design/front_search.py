@@ -151,8 +151,7 @@ class FrontSearch:
         u, both = (np.array([getattr(one, name) for one in self.points]) for name in ("u", "both"))
         between = self.survey.values(np.linspace(u[:-1], u[1:], 5)[1:-1].reshape(-1, u.shape[1]))
         worst = np.maximum(both[:-1], both[1:]) + SAME * self.ranges
-        found: NDArray[np.bool_] = (between.reshape(3, -1, 2) > worst).any(axis=(0, 2))
-        return found
+        return np.asarray((between.reshape(3, -1, 2) > worst).any(axis=(0, 2)))
 
     @property
     def parts(self) -> tuple[FrontPart, ...]:
@@ -213,6 +212,7 @@ class Front(Result, Labelled):
     In SI units if the system is a device, else dimensionless.
     """
 
+    _of_system = True
     metrics: tuple[str, str]
     """Names of the optimised metric and of its cost."""
     maximised: bool
@@ -225,7 +225,7 @@ class Front(Result, Labelled):
     slopes: Vector
     """Gain of the first metric per unit of the second, shape (n,); nan if no bound is active."""
     parts: tuple[FrontPart, ...]
-    """Parts of the front, each with the numbers of its `first` and `last` point.
+    """Parts of the front, each with the indices of its `first` and `last` point, from 0.
 
     Drives between those of two parts are worse."""
     status: Status
@@ -233,11 +233,6 @@ class Front(Result, Labelled):
     message: str
     """Status as a sentence."""
     _recorded = "metrics maximised parts"
-
-    @property
-    def success(self) -> bool:
-        """True if both ends were found, and every point is an optimum."""
-        return bool(self.points) and super().success
 
     def __repr__(self) -> str:
         first, second = self.metrics

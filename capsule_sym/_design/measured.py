@@ -194,7 +194,8 @@ def read_measured(path: str | PathLike[str]) -> Measurements:
     for k, row in body:
         if len(row) < len(head) or any(row[len(head) :]):
             raise InvalidInput(f"row {k}", " ".join(row), f"{len(head)} values, as in the header")
-    point = any("." in cell for _, row in body for cell in row)
+    cells = "".join(cell for _, row in body for cell in row)
+    mark = "," if cells.count(",") > cells.count(".") else "."
     found, units = Measurements(), dict[str, str]()
     for place, (name, match) in enumerate(zip(names, matches, strict=True)):
         unit = ((match[2] if match else "") or "").strip()
@@ -202,7 +203,7 @@ def read_measured(path: str | PathLike[str]) -> Measurements:
         plain = unit.replace(" ", "")
         if plain in _TIMES | _LENGTHS | _SPEEDS and plain not in known:
             raise InvalidInput(f"unit of {name}", unit, f"one of {', '.join(known)}")
-        values = [_value(f"{name} in row {k}", row[place], point) for k, row in body]
+        values = [_value(f"{name} in row {k}", row[place], mark) for k, row in body]
         found[name], units[name] = np.array(values) * known.get(plain, 1.0), unit
     check_values(found, [k for k, _ in body])
     found.units = units
@@ -237,15 +238,16 @@ def _rows(file: Path) -> list[tuple[int, list[str]]]:
     return [(k, row) for (k, _), row in zip(lines, cells, strict=True)]
 
 
-def _value(field: str, cell: str, point: bool) -> float:
-    """Number in a cell, nan for a gap; a comma in it is one of decimals, unless there are points.
+_MARKS = {",": "comma", ".": "point"}
 
-    Raises InvalidInput.
-    """
+
+def _value(field: str, cell: str, mark: str) -> float:
+    """Number in a cell with the file's decimal mark, nan for a gap; raises InvalidInput."""
     if cell.lower() in _GAPS:
         return math.nan
-    if "," in cell and point:
-        raise InvalidInput(field, cell, "a number with the decimal mark of the others, a point")
+    if any(other in cell for other in _MARKS if other != mark):
+        named = f"a number with the decimal mark of the others, a {_MARKS[mark]}"
+        raise InvalidInput(field, cell, named)
     try:
         if "_" in cell:  # which Python allows
             raise ValueError

@@ -10,15 +10,16 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.measured import OF_STATE, Measured, about_trend
-from capsule_sym._design.quantities import System, allowed, dimensionless, varied
+from capsule_sym._design.quantities import allowed, varied
 from capsule_sym._design.sensitivities import START, columns_of, sensitivities
 from capsule_sym._errors import InvalidInput, check_one_of, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import checked_ends
+from capsule_sym._native.watch import silent
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._parameters import SceneDevice, names_of
 from capsule_sym._processes import sobol
-from capsule_sym._systems import drives
+from capsule_sym._systems import System, dimensionless, drives
 
 OF_START = (*START, "x_c")
 STATE, PHASE = START[:-1], START[-1]
@@ -51,7 +52,7 @@ class Misfit:
         system: System,
         unknown: Sequence[str],
         given: Mapping[str, float],
-        progress: Callable[[str], object] | None = None,
+        progress: Callable[[str], object] = silent,
     ) -> None:
         """`given` has state and phase at the first time; of unknowns these are guesses.
 
@@ -129,8 +130,7 @@ class Misfit:
     def _motion(self, values: Vector) -> _Continued | None:
         """Motion at these values; None if it does not reach the last of the times."""
         self.evaluations += 1
-        if self.progress is not None:
-            self.progress(f"{self.doing}, {counted(self.evaluations, 'run')}")
+        self.progress(f"{self.doing}, {counted(self.evaluations, 'run')}")
         now = varied(self.system.scene, self.now(values), self.unknown)
         own, units = dict(vars(now)), dict.fromkeys(OF_START, Slope(1.0, np.zeros(len(values))))
         if isinstance(self.system, SceneDevice):

@@ -14,22 +14,15 @@ import numpy as np
 from capsule_sym._design.counts import MAX_SECONDS, SAMPLES, SEED
 from capsule_sym._design.optimum import Optimum
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import (
-    Function,
-    System,
-    allowed,
-    dimensionless,
-    function_of,
-    limit_of,
-    real,
-)
+from capsule_sym._design.quantities import Function, allowed, function_of, limit_of
 from capsule_sym._design.search import Optimisation
 from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import checks
 from capsule_sym._native import Watch
+from capsule_sym._native.watch import silent
 from capsule_sym._parameters import Parameters
-from capsule_sym._systems import check_parameter
+from capsule_sym._systems import System, check_parameter, dimensionless, real
 
 
 def optimise(
@@ -50,8 +43,9 @@ def optimise(
 
     A survey of the bounds and a population that evolves from its best points show where to search.
     Local searches follow the motion from there, through changes of itinerary, at which metrics are
-    continuous. Newton's method on the conditions of an optimum follows. The result is the best
-    optimum found; it is not proved to be global.
+    continuous. Newton's method on the conditions of an optimum follows; at a basin boundary or a
+    kink they are not solved, and `residual` is not small. The result is the best optimum found; it
+    is not proved to be global.
 
     Points of the survey whose runs the core cannot decide, or for which there is no time, are
     unknown: the message has their number.
@@ -78,14 +72,15 @@ def optimise(
         number). The number has the unit of the metric.
     margin : float, default None, from 0 to below 1
         Least distance of the Floquet multipliers from the unit circle, dimensionless: the modulus
-        of each is at most 1 - `margin`. None: no such constraint.
+        of each is at most 1 - `margin`. None: 0.01 where stability bounds the best, else no such
+        constraint.
     start : sequence of float, default (0.0, 0.0, 0.0)
         State (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion is the one
         on which it settles.
     samples : int, default 2048, 1 to 1,000,000
         Number of points of the survey.
     seed : int, default 0, 0 to 10**12
-        Seed of the survey and of the population.
+        Seed of the survey.
     max_seconds : float, default 60.0, above 0
         Time limit, in seconds of wall time.
     progress : callable, default None
@@ -102,7 +97,7 @@ def optimise(
     Raises
     ------
     InvalidInput
-        For names, bounds, texts or other arguments that are not allowed.
+        For names, bounds, texts or other arguments that are not allowed, and without a C core.
 
     Notes
     -----
@@ -163,8 +158,8 @@ def program_of(
         sign=-1 if maximise else 1,
         limits=tuple(limit_of(one, system) for one in subject_to),
         margin=margin,
-        start=checked_start(start),
-        progress=progress,
+        start=checks.checked_state(start, "start"),
+        progress=progress or silent,
     )
     _check_ends(program)
     return program
@@ -175,16 +170,8 @@ def system_of(base: System | None) -> System:
     return Parameters() if base is None else base
 
 
-def checked_start(start: Sequence[float]) -> tuple[float, float, float]:
-    """State as three floats; raises InvalidInput for any other."""
-    try:
-        return checks.checked_state(start)
-    except InvalidInput as error:
-        raise InvalidInput("start", start, error.allowed) from None
-
-
 def _check_ends(program: Program) -> None:
-    """Raises InvalidInput for bounds at which the map cannot be run."""
+    """Raises InvalidInput for bounds at which the map cannot be run, the others in the middle."""
     for i, name in enumerate(program.names):
         for end in (0.0, 1.0):
             u = np.full(len(program.names), 0.5)

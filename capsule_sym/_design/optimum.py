@@ -10,12 +10,13 @@ import numpy as np
 
 from capsule_sym._design.polish import BASIN, KINK, LOST
 from capsule_sym._design.program import KEPT, Place, Program
-from capsule_sym._design.quantities import System, of, values_of
+from capsule_sym._design.quantities import of, units_in
 from capsule_sym._design.stationary import LocalOptimum
 from capsule_sym._errors import Status
 from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import SceneDevice, names_of
+from capsule_sym._parameters import names_of
+from capsule_sym._systems import System, values_of
 from capsule_sym._units import METRIC_UNITS
 
 
@@ -80,13 +81,14 @@ class Optimum(Result):
     multiplier: float = math.nan
     """Largest modulus of a Floquet multiplier; at 1 the motion is lost or bifurcates."""
     border: tuple[str, ...] | None = None
-    """Itineraries on both sides, if the optimum is on a border between them."""
+    """Itineraries beside the optimum, its own first, "" where the motion is lost; None if it is on
+    no border."""
     bifurcation: str = ""
-    """Bound of the best where the motion is lost or loses stability; else empty."""
+    """What bounds the best: a basin boundary, a kink, or a bifurcation; else empty."""
     limit: float = math.nan
-    """Limit value at such a border; a margin keeps the optimum away from it."""
+    """Limit of the metric there; at a loss of stability the optimum keeps a margin from it."""
     statistics: dict[str, int] = field(default_factory=dict)
-    """Number of evaluations, followed starts, and cells of the survey."""
+    """Number of searches and of points of the survey; empty for a point of a front."""
     _recorded = (
         "metric maximised value over metrics itinerary residual constraints bounds slopes "
         "multiplier border bifurcation limit statistics"
@@ -100,12 +102,11 @@ class Optimum(Result):
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as JSON has it: None stands for a number that is not finite.
 
-        `parameters` are all of the system at the optimum. `units` has the SI unit of each metric if
-        the system is a device, and is empty if it is dimensionless.
+        `parameters` are those of the system at the optimum. `units` has the SI unit of each metric
+        and parameter if the system is a device, and is empty if it is dimensionless.
         """
-        device = isinstance(self.system, SceneDevice)
-        units = {name: unit.name for name, unit in METRIC_UNITS.items()} if device else {}
-        return super().to_dict() | {"parameters": values_of(self.system), "units": units}
+        more = {"parameters": values_of(self.system), "units": units_in(self.system)}
+        return super().to_dict() | more
 
 
 def optimum_of(best: LocalOptimum) -> Optimum:

@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from capsule_sym._design.counts import MAX_SECONDS, POINTS
 from capsule_sym._design.front_search import Front, FrontSearch
 from capsule_sym._design.optimise import check_survey, program_of
-from capsule_sym._design.quantities import Function, System, function_of
+from capsule_sym._design.quantities import Function, function_of
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
+from capsule_sym._systems import System
 
 
 def pareto(
@@ -57,7 +58,7 @@ def pareto(
         number). The number has the unit of the metric.
     margin : float, default None, from 0 to below 1
         Least distance of the Floquet multipliers from the unit circle, dimensionless: the modulus
-        of each is at most 1 - `margin`. None: no such constraint.
+        of each is at most 1 - `margin`. None: as in `optimise`.
     start : sequence of float, default (0.0, 0.0, 0.0)
         State (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion is the one
         on which it settles.

@@ -14,7 +14,6 @@ import numpy as np
 from capsule_sym._arrays import Vector
 from capsule_sym._design.evaluation import Motion, same_itinerary_at
 from capsule_sym._design.program import Place, Program
-from capsule_sym._design.quantities import dimensionless
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import (
@@ -30,6 +29,7 @@ from capsule_sym._orbits.shooting.closed import ClosedForms, chained, guard_by
 from capsule_sym._orbits.shooting.equations import BY_TIME, angle_row
 from capsule_sym._orbits.shooting.itinerary import contact, drift, field_of, level
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._systems import dimensionless
 
 _Name = tuple[object, ...]
 

@@ -38,7 +38,7 @@ _JUMP = 100  # times the change that the gradient explains: more is another moti
 def polish(program: Program, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
     """Best place next to a given one, with a margin if stability bounds it; None if none is.
 
-    It is searched on so many pieces at most.
+    The search goes on in a better piece, at most so many times.
     """
     found = _over_pieces(program, place, pieces)
     if found is None or program.margin is not None:
@@ -71,8 +71,9 @@ def with_limit(best: LocalOptimum) -> LocalOptimum:
 
 
 def bifurcation_of(motion: Motion) -> str:
-    """The bifurcation that is near, by the largest multiplier."""
-    assert motion.orbit is not None
+    """The bifurcation that is near, by the largest multiplier; empty without equations."""
+    if motion.orbit is None:
+        return ""
     largest = complex(floquet_multipliers(motion.orbit)[0])
     if abs(largest.imag) > 1e-6 * abs(largest):  # rounding of a double real multiplier
         return kinds.NEIMARK_SACKER
@@ -80,7 +81,10 @@ def bifurcation_of(motion: Motion) -> str:
 
 
 def _over_pieces(program: Program, place: Place, pieces: int) -> LocalOptimum | None:
-    """Best place next to a place, over all pieces passed."""
+    """Best place next to a place, by at most so many moves to a better piece.
+
+    It is no optimum if they do not suffice; None if the first piece has no equations.
+    """
     found = _on_piece(program, place)
     for _ in range(pieces):
         if found is None or not found.active_borders:
@@ -119,13 +123,13 @@ def _on_piece(program: Program, place: Place) -> LocalOptimum | None:
 
 
 def _as_good(found: LocalOptimum, best: Place) -> bool:
-    """True if an optimum is as good as a place that may exceed its limits a little, or fails."""
+    """True if an optimum is as good as a place that exceeds its limits by rounding, or by more."""
     gained = float(found.multipliers @ np.maximum(-best.slacks, 0.0))
     return best.beyond > 0 or found.place.objective <= best.objective + gained + SOLVED
 
 
 def _around(program: Program, found: LocalOptimum) -> Iterator[Place | None]:
-    """Places across the borders that hold a place; None if the motion is lost there."""
+    """Places across the borders that hold a place; None if its motion is lost there."""
     place, normals = found.place, _normals(found)
     far = CLOSE + place.slacks[found.active_borders[:3]].max()
     slope = 1 + abs(program.by_u(place.objective_by)).max()

@@ -13,21 +13,14 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import Motion, continue_motion, settle
-from capsule_sym._design.quantities import (
-    Function,
-    Limit,
-    System,
-    dimensionless,
-    dimensionless_slopes,
-    named,
-    of,
-    valued,
-)
+from capsule_sym._design.quantities import Function, Limit, dimensionless_slopes, named, of, valued
 from capsule_sym._map.labelled import package
+from capsule_sym._native.watch import silent
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.shooting.stability import monodromy_matrix
 from capsule_sym._orbits.shooting.taylor import monodromy_derivative
 from capsule_sym._parameters import names_of
+from capsule_sym._systems import System, dimensionless
 
 KEPT = 1e-7
 """Violation of a limit that counts as none, and difference of objectives that are the same, in
@@ -60,7 +53,7 @@ class Place:
 
     @property
     def beyond(self) -> float:
-        """Largest violation of a limit; 0 if all hold."""
+        """Largest violation of a limit, less KEPT; 0 if all hold."""
         return max(0.0, -float(self.slacks.min(initial=0.0)) - KEPT)
 
     @property
@@ -87,7 +80,7 @@ class Program:
     """Divisor of the objective: its variation."""
     limit_units: tuple[float, ...] = ()
     """Divisors of the limits' slacks; by default the limit, unless it is 0."""
-    progress: Callable[[str], object] | None = None
+    progress: Callable[[str], object] = silent
     """Called with messages of progress."""
 
     @property
@@ -97,8 +90,7 @@ class Program:
 
     def tell(self, doing: str) -> None:
         """Report progress."""
-        if self.progress is not None:
-            self.progress(doing)
+        self.progress(doing)
 
     def values_at(self, u: Matrix) -> Matrix:
         """Variables (..., k) of scaled ones."""
@@ -112,13 +104,11 @@ class Program:
     def by_u(self, rows: Matrix) -> Matrix:
         """Derivatives by the scaled variables, from those by all parameters, (..., k)."""
         columns = [names_of(self.system).index(name) for name in self.names]
-        found: Matrix = rows[..., columns] * (self.high - self.low)
-        return found
+        return np.asarray(rows[..., columns] * (self.high - self.low))
 
     def by_all(self, u: Vector, by: Vector) -> Vector:
         """Derivatives by all parameters of the system, from those by its dimensionless ones."""
-        found: Vector = by @ dimensionless_slopes(self.system_at(u))
-        return found
+        return np.asarray(by @ dimensionless_slopes(self.system_at(u)))
 
     def begin(self, u: Vector) -> Place | None:
         """Place with the motion on which the start settles; None if there is none."""
@@ -129,7 +119,7 @@ class Program:
         return self.place(u, continue_motion(near.motion, dimensionless(self.system_at(u))))
 
     def place(self, u: Vector, motion: Motion | None) -> Place | None:
-        """Place with a motion; None without one, or if a value is not finite."""
+        """Place with a motion; None without one, at a fold, or if a value is not finite."""
         with suppress(np.linalg.LinAlgError):  # at a fold
             if motion is not None and (found := self.at(u, motion)).finite:
                 return found
@@ -170,7 +160,7 @@ class Program:
 
 
 def multiplier_by(motion: Motion) -> Vector:
-    """Derivatives (7,) of the largest modulus of a multiplier along the branch; 0 without an orbit.
+    """Derivatives (p,) of the largest modulus of a multiplier along the branch; 0 without an orbit.
 
     A multiplier m with left and right eigenvectors w and v changes with the matrix M by
     `w dM v / (w v)`.
@@ -186,5 +176,4 @@ def multiplier_by(motion: Motion) -> Vector:
     by = (by * values[largest].conj()).real / (modulus or 1.0)
     if orbit.itinerary.mirrored:  # the matrix is that of half the motion
         by = 2 * modulus * by
-    found: Vector = by[-count:] + by[:-count] @ orbit.by_parameter.astype(float)
-    return found
+    return np.asarray(by[-count:] + by[:-count] @ orbit.by_parameter.astype(float))

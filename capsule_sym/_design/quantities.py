@@ -16,15 +16,11 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix
 from capsule_sym._errors import InvalidInput, check_one_of
-from capsule_sym._map.result import record as record
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
 from capsule_sym._orbits.metrics.performance import performance, shown
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene, SceneDevice, SceneParameters, names_of
-from capsule_sym._systems import System as System
-from capsule_sym._systems import dimensionless as dimensionless
-from capsule_sym._systems import real as real
-from capsule_sym._systems import values_of as values_of
+from capsule_sym._systems import System, real, values_of
 from capsule_sym._units import METRIC_UNITS, UNITS, mean_power
 
 Function = Callable[[Mapping[str, Slope]], Slope]
@@ -36,6 +32,13 @@ def units_of(scene: Scene) -> dict[str, str]:
     """Units of a device's parameters, and of a start."""
     start = {name: UNITS[name].name for name in (*scene.facts.STATE, "x_c", "phase")}
     return dict(scene.facts.DEVICE) | start
+
+
+def units_in(system: System) -> dict[str, str]:
+    """SI units of the metrics, parameters and start of a device; empty without one."""
+    if not isinstance(system, SceneDevice):
+        return {}
+    return units_of(system.scene) | {name: unit.name for name, unit in METRIC_UNITS.items()}
 
 
 def allowed(system: System, name: str) -> tuple[float, float]:
@@ -71,10 +74,8 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     In SI units if the system is a device. `metrics` are those of a motion of the system,
     dimensionless, with derivatives by its dimensionless parameters.
     """
-    own, by = (
-        varied(system.scene, values_of(system), names_of(system)),
-        dimensionless_slopes(system),
-    )
+    own = varied(system.scene, values_of(system), names_of(system))
+    by = dimensionless_slopes(system)
     found = {name: Slope(one.value, one.slope @ by) for name, one in metrics.items()}
     return with_units(found, own, system)
 

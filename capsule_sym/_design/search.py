@@ -14,18 +14,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.cells import evaluate
+from capsule_sym._design.cells import BEYOND
 from capsule_sym._design.optimum import Optimum, failed_limits, optimum_of
-from capsule_sym._design.polish import (
-    BASIN,
-    KINK,
-    MARGIN,
-    PIECES,
-    bifurcation_of,
-    polish,
-    with_limit,
-)
+from capsule_sym._design.polish import BASIN, KINK, MARGIN, bifurcation_of, polish, with_limit
 from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, local_search
 from capsule_sym._design.survey import MEMBERS, Survey, evolved
@@ -48,7 +39,7 @@ class Optimisation:
 
     def __init__(self, survey: Survey) -> None:
         self.survey = survey
-        self.evaluations, self.followed, self.samples = 0, 0, 0
+        self.followed, self.samples = 0, 0
         self.best: Place | None = None
         """Best place on whose motion the start state settles."""
         self.optima: list[LocalOptimum] = []
@@ -66,7 +57,7 @@ class Optimisation:
         if self.survey.unknown:
             unknown = f"; {self.survey.unknown} are unknown: allow more time, or smaller bounds"
             found = replace(found, message=found.message + unknown)
-        return replace(found, statistics=record(self, "evaluations followed samples"))
+        return replace(found, statistics=record(self, "followed samples"))
 
     @property
     def optimum(self) -> LocalOptimum:
@@ -100,17 +91,12 @@ class Optimisation:
         self.program.tell(f"search {self.followed}")
         if first is None:
             return None
-        best = next(filter(self.settles_there, self.search(first)[:_TRIED]), first)
+        passed = local_search(self.program, first)[:_TRIED]
+        best = next(filter(self.settles_there, passed), first)
         if self.best is None or best.rank < self.best.rank:
             self.best = best
         check_time()
         return best
-
-    def search(self, first: Place) -> list[Place]:
-        """Places on the way of a search that follows the motion, the best first."""
-        places = local_search(self.program, first)
-        self.evaluations += len(places)
-        return places
 
     def polish(self, places: Sequence[Place]) -> None:
         """Polish the best places; if one that is not solved is still the best, improve it."""
@@ -125,10 +111,13 @@ class Optimisation:
         if unsolved and unsolved[0].objective < self.least - KEPT:
             self.optima.append(self.unsolved(self.improved(unsolved[0])))
 
-    def solved(self, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
-        """Optimum next to a place, on whose motion the start state settles; None if not found."""
+    def solved(self, place: Place, *pieces: int) -> LocalOptimum | None:
+        """Optimum next to a place, on whose motion the start state settles; None if not found.
+
+        `pieces` as for `polish`.
+        """
         check_time()
-        found = polish(self.program, place, pieces)
+        found = polish(self.program, place, *pieces)
         if found and found.kkt_satisfied and self.settles_there(found.place):
             return with_limit(found)
         return None
@@ -150,15 +139,9 @@ class Optimisation:
             low, high = np.maximum(place.u - reach, 0.0), np.minimum(place.u + reach, 1.0)
             bounds = [*zip(low, high, strict=True)]
             how = {"x0": place.u, "popsize": MEMBERS, "rng": 0, "atol": SOLVED}
-            better = self.program.begin(evolved(self.merit, bounds, _GENERATIONS, **how))
+            better = self.program.begin(evolved(self.survey.look, bounds, _GENERATIONS, **how))
             place = better if better is not None and better.rank < place.rank else place
         return place
-
-    def merit(self, u: Matrix) -> Vector:
-        """Merit of places."""
-        check_time()
-        self.evaluations += len(u)
-        return evaluate(self.program, u).merit(self.program)
 
     def unsolved(self, place: Place) -> LocalOptimum:
         """Place taken as the best though no conditions are solved, and what bounds it.
@@ -167,12 +150,13 @@ class Optimisation:
         not settle, a bifurcation next to it, or else a kink.
         """
         level, kind = (place.beyond, place.objective - KEPT), KINK
-        better = [one for one in self.search(place)[:_TRIED] if one.rank < level]
+        passed = local_search(self.program, place)[:_TRIED]
+        better = [one for one in passed if one.rank < level]
         place = next(filter(self.settles_there, better), place)
         if better and place is not better[0]:
             kind = BASIN
         elif self.program.margin is None and place.motion.multiplier > 1 - MARGIN:
-            kind = bifurcation_of(place.motion)
+            kind = bifurcation_of(place.motion) or kind
         found = balanced(self.program, place)
         return replace(found, kkt_satisfied=True, bifurcation=kind, limit=place.objective)
 
@@ -188,7 +172,7 @@ class Optimisation:
             return self.ended(Status.TIME_LIMIT, "no place is known")
         if not np.any(numbers > 0):
             return self.ended(Status.NO_MOTION, "the start leads to no periodic motion")
-        if not program.texts:
+        if np.any(self.survey.cells.merit(program) < BEYOND):
             message = "at no place to search from are the metric's derivatives finite"
             return self.ended(Status.NOT_CONVERGED, message)
         return self.ended(Status.INFEASIBLE, _UNSATISFIED + " and ".join(program.texts))

@@ -24,7 +24,7 @@ SOLVED = 1e-9
 """Largest residual of an optimum, and size below which a multiplier has no sign; a share of the
 objective's unit, ten times above the rounding of gradients by an orbit's equations."""
 _ACTIVE = CLOSE, 1e-2  # slacks, in their units, below which constraints may be active, in turn
-_ENOUGH = 1e-12  # residual that rounding leaves
+_ENOUGH = 1e-12  # residual at which no further step is taken: most gradients round to more
 _STEPS = 10  # steps of Newton's method, which doubles the digits: five suffice, or it diverges
 _DIFFERENCE = 1e-5  # share of the range: square root of the rounding of gradients, for differences
 
@@ -45,14 +45,15 @@ class LocalOptimum:
     """The problem, with its margin of stability, or a piece of it."""
     place: Place
     multipliers: Vector
-    """Those of the slacks, (n,): of the limits, then of borders between itineraries."""
+    """Those of the slacks, (n,): of the limits, the stability, and borders between itineraries."""
     bounds: Vector
     """Those of the bounds of variables, (k,)."""
     residual: float
     """Largest of the Lagrangian's derivatives by the scaled variables, of active slacks, and of
     violations of the others."""
     kkt_satisfied: bool
-    """True if the conditions of a minimum hold, and no piece beyond a border is better."""
+    """True if the conditions of a minimum hold, and no piece beyond a border is better; also of a
+    place that is taken as the best without conditions."""
     border: tuple[str, ...] = ()
     """Itineraries of the pieces beside the place, its own first; empty if no border holds it."""
     bifurcation: str = ""
@@ -91,7 +92,7 @@ def stationary(model: Piece, place: Place) -> LocalOptimum | None:
 
 
 def balanced(model: Program | Piece, place: Place, near: float = _ACTIVE[-1]) -> LocalOptimum:
-    """Multipliers >= 0 of the slacks near to 0 that balance the slopes best.
+    """Place with the multipliers >= 0 of the slacks near to 0 that balance the slopes best.
 
     Bounds of variables act as well. No equations are solved.
     """
@@ -138,8 +139,7 @@ def _second(model: Piece, found: LocalOptimum, free: Mask) -> Matrix:
             beside, step = _at(model, found.place.u - along), -_DIFFERENCE
         rows.append((_left(model, beside, found.multipliers) - here)[free] / step)
     second = np.array(rows).reshape(free.sum(), free.sum())
-    symmetric: Matrix = (second + second.T) / 2
-    return symmetric
+    return np.asarray((second + second.T) / 2)
 
 
 def _at(model: Piece, u: Vector) -> Place:
@@ -159,8 +159,8 @@ def _sides(u: Vector) -> Vector:
 
 def _left(model: Program | Piece, place: Place, multipliers: Vector) -> Vector:
     """Derivatives of the Lagrangian by the variables, which bounds alone may hold."""
-    slopes: Vector = model.by_u(place.objective_by) - multipliers @ model.by_u(place.slacks_by)
-    return slopes
+    held = multipliers @ model.by_u(place.slacks_by)
+    return np.asarray(model.by_u(place.objective_by) - held)
 
 
 def _with(model: Program | Piece, place: Place, multipliers: Vector, sides: Vector) -> LocalOptimum:
@@ -174,14 +174,16 @@ def _with(model: Program | Piece, place: Place, multipliers: Vector, sides: Vect
 
 
 class _Enough(Exception):
-    """Raised if a search makes no further progress."""
+    """Raised at the last evaluation that a search may make."""
 
 
 def local_search(model: Program | Piece, first: Place, most: int = MOST) -> list[Place]:
     """Places that SciPy's SLSQP passes from a place, of a program or on a piece, the best first.
 
-    At most so many; at the time limit those passed so far. Metrics are continuous across changes of
-    itinerary: where their gradients jump the method stops beside the border.
+    At most so many are evaluated, each continued from the nearest one, and at most 25 without a
+    motion, which are left out. At the time limit they are those passed so far. Metrics are
+    continuous across changes of itinerary: where their gradients jump the method stops beside the
+    border.
     """
     none, no_slack = 0 * first.objective_by, np.full(len(first.slacks), -_LOST)
     lost = Place(first.u, first.motion, first.objective + _LOST, none, no_slack, first.slacks_by)

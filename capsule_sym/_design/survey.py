@@ -3,10 +3,10 @@
 The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) begins with the best
 of them. All places are kept: searches start at the best ones that are distant from each other.
 
-A front has one survey of both metrics. The places that no other betters in both have children. A
-child differs from one of them, drawn evenly along the approximate front, by a share of the
-difference to another one. The same places, with a bound on the second metric, show where a point of
-the front is searched.
+Between its ends a front has one survey of both metrics. The places that no other betters in both
+have children. A child differs from one of them, drawn evenly along the approximate front, by a
+share of the difference to another one. The same places, with a bound on the second metric, show
+where a point of the front is searched.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from capsule_sym._design.quantities import Function, Limit, named
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.labelled import package
 from capsule_sym._native import Watch, check_time, present
+from capsule_sym._native.watch import silent
 from capsule_sym._processes import sobol
 
 MEMBERS = 6
@@ -168,7 +169,7 @@ class FrontSurvey(Survey):
         program = self.program
         *limits, cost = program.limits
         cost = cost._replace(value=bound, text=f"{cost.text} <= {bound:.6g}")
-        found = Survey(replace(program, progress=None, limits=(*limits, cost)))
+        found = Survey(replace(program, progress=silent, limits=(*limits, cost)))
         slacks = self.cells.slacks + bound * (np.arange(len(program.sizes)) == self.count)
         found.cells = replace(self.cells, slacks=slacks)
         return found
@@ -198,13 +199,11 @@ class FrontSurvey(Survey):
         length = np.append(0.0, np.cumsum(steps.sum(axis=1)))
         at = self.draw.uniform(0.0, length[-1], size=_CHILDREN)
         nearest = np.round(np.interp(at, length, np.arange(len(front)))).astype(int)
-        found: Matrix = self.cells.u[front[nearest]]
-        return found
+        return np.asarray(self.cells.u[front[nearest]])
 
 
 def trade_offs(both: Matrix) -> NDArray[np.intp]:
     """Those of places with both metrics (n, 2) that no other betters, by their second metric."""
     order = np.lexsort(both.T)
     before = np.minimum.accumulate(np.append(np.inf, both[order, 0]))[:-1]
-    found: NDArray[np.intp] = order[both[order, 0] < before]
-    return found
+    return np.asarray(order[both[order, 0] < before])

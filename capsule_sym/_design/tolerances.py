@@ -19,24 +19,17 @@ from capsule_sym._attractors.attractor import interval
 from capsule_sym._design.cells import Grid
 from capsule_sym._design.counts import SEED
 from capsule_sym._design.evaluation import settle_many
-from capsule_sym._design.optimise import checked_start, system_of
-from capsule_sym._design.quantities import (
-    Function,
-    System,
-    allowed,
-    function_of,
-    named,
-    real,
-    valued,
-)
+from capsule_sym._design.optimise import system_of
+from capsule_sym._design.quantities import Function, allowed, function_of, named, valued
 from capsule_sym._design.variance import MetricSpread, spread
 from capsule_sym._errors import InvalidInput, Status, counted
-from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_ends, checked_seconds
+from capsule_sym._map import checks
 from capsule_sym._map.labelled import Labelled, package
 from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._native import Watch, check_time
+from capsule_sym._native.watch import silent
 from capsule_sym._processes import sobol
-from capsule_sym._systems import check_parameter
+from capsule_sym._systems import System, check_parameter, real
 
 _BLOCK = 4096  # runs between two tests of the time limit, of some 10 microseconds a period
 
@@ -81,7 +74,7 @@ class Tolerances(Result, Labelled):
     periodic: Probability = _NONE
     """Probability that the start leads to a periodic motion: `value`, `low`, `high` (95 %)."""
     changed: Probability = _NONE
-    """Probability of another itinerary or period number than the nominal one."""
+    """Probability of another itinerary or period number, or of no periodic motion."""
     status: Status = Status.TIME_LIMIT
     """Status of the sampling."""
     message: str = "time limit reached"
@@ -96,14 +89,13 @@ class Tolerances(Result, Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Sobol's indices as arrays of shape (n,): one row for each metric and parameter."""
-        found: dict[str, Any] = {
+        """Sobol's indices as columns, one row for each metric and parameter."""
+        return {
             "metric": np.repeat([one.metric for one in self.metrics], len(self.names)),
             "parameter": np.tile(self.names, len(self.metrics)),
+            "first_order": np.ravel([one.first for one in self.metrics]),
+            "total": np.ravel([one.total for one in self.metrics]),
         }
-        found["first_order"] = np.ravel([one.first for one in self.metrics])
-        found["total"] = np.ravel([one.total for one in self.metrics])
-        return found
 
 
 def tolerances(
@@ -114,14 +106,16 @@ def tolerances(
     start: Sequence[float] = (0.0, 0.0, 0.0),
     samples: int = 4096,
     seed: int = 0,
-    max_seconds: float = SEARCH_SECONDS,
+    max_seconds: float = checks.SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Tolerances:
     """Spread of metrics of the steady motion under tolerances of parameters.
 
-    The result has mean, deviation, quantiles, and Sobol's indices of first order and total. For
-    these a sample without a finite value, such as one without a periodic motion, has the mean. It
-    also has the probabilities of a periodic motion and of another itinerary.
+    The result has mean, deviation, quantiles, and Sobol's indices of first order and total. A
+    sample without a finite value, such as one without a periodic motion, counts as the mean in the
+    indices, and not at all in the others. The result also has the probabilities of a periodic
+    motion and of another itinerary. A motion is periodic if it settles within 1,984 excitation
+    periods on one of at most 16, in a run that the core decides.
 
     Parameters
     ----------
@@ -156,7 +150,8 @@ def tolerances(
     ------
     InvalidInput
         For names, values and distributions that are not allowed, and if a sample exceeds the range
-        of a parameter. Also if the start leads to no periodic motion at the nominal values.
+        of a parameter. Also if the start leads to no periodic motion at the nominal values, and
+        without a C core.
 
     Notes
     -----
@@ -182,10 +177,10 @@ def tolerances(
         raise InvalidInput("metrics", metrics, "a metric or several")
     functions = [function_of("metrics", one, system) for one in given]
     chosen = _distributions(over, system)
-    check_count("samples", samples, 64, 2**20)
+    checks.check_count("samples", samples, 64, 2**20)
     if samples & (samples - 1):
         raise InvalidInput("samples", samples, "a power of two")
-    check_count("seed", seed, *SEED)
+    checks.check_count("seed", seed, *SEED)
     # The two halves of the columns are two samples, which the indices combine.
     cubes = sobol(2 * len(chosen), samples, seed).clip(2.0**-53, 1 - 2.0**-53)
     one, other = (
@@ -196,10 +191,13 @@ def tolerances(
     mixed = [np.where(np.arange(len(chosen)) == k, other, one) for k in range(len(chosen))]
     every = np.vstack([nominal, one, other, *mixed])
     for name, values in zip(chosen, every.T.tolist(), strict=True):
-        checked_ends(f"tolerance of {name}", (min(values), max(values)), *allowed(system, name))
+        checks.checked_ends(
+            f"tolerance of {name}", (min(values), max(values)), *allowed(system, name)
+        )
     found = Tolerances(system, tuple(chosen), every[:0], np.empty((0, len(functions))))
-    with Watch(checked_seconds(max_seconds)):
-        found = _sampled(found, functions, every, samples, checked_start(start), progress)
+    with Watch(checks.checked_seconds(max_seconds)):
+        state = checks.checked_state(start, "start")
+        found = _sampled(found, functions, every, samples, state, progress or silent)
     return found
 
 
@@ -229,13 +227,12 @@ def _sampled(
     every: Matrix,
     n: int,
     state: tuple[float, float, float],
-    progress: Callable[[str], object] | None,
+    progress: Callable[[str], object],
 ) -> Tolerances:
     """Result of the samples: the nominal values, both samples (n, k), and their combinations."""
     system, parts, branches = empty.system, list[Matrix](), list[tuple[int, ...]]()
     for first in range(0, len(every), _BLOCK):
-        if progress is not None:
-            progress(f"{first:,} of {counted(len(every), 'run')}")
+        progress(f"{first:,} of {counted(len(every), 'run')}")
         grid = Grid(system, empty.names, every[first : first + _BLOCK])
         motions = settle_many(grid.rows, state, scene=system.scene)
         check_time()

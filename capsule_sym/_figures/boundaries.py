@@ -45,7 +45,10 @@ def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
 def rest_ends(
     parameters: SceneParameters, low: float, high: float
 ) -> Iterator[tuple[int, int, Array]]:
-    """Lines of a scene on which rest ends, over a range of v_r: contact, sign and ends (2, 2)."""
+    """Lines in (x_r, v_r) on which rest ends, v_r from `low` to `high`.
+
+    Of each the contact, the sign of the slip that follows, and the ends, (2, 2).
+    """
     facts, numbers = parameters.scene.facts, NumpyBackend(parameters.scene)
     front, *behind = stops_of(parameters)
     back = behind[0] if behind else -np.inf

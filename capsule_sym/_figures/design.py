@@ -22,14 +22,13 @@ if TYPE_CHECKING:
 
 def metric_label(name: str, system: Any) -> str:
     """A quantity with its unit where the system is a device, else as elsewhere."""
-    from capsule_sym._design.quantities import units_of
+    from capsule_sym._design.quantities import units_in
     from capsule_sym._units import METRIC_UNITS
 
     told = known_labels().get(name, name.replace("_", " ") if name in METRIC_UNITS else name)
     if not isinstance(system, SceneDevice):
         return told
-    units = units_of(system.scene) | {one: unit.name for one, unit in METRIC_UNITS.items()}
-    unit = units.get(name, "SI units")  # of arithmetic
+    unit = units_in(system).get(name, "SI units")  # of arithmetic
     return f"{told.partition(' $')[0]} ({unit})" if unit else told
 
 
@@ -57,7 +56,7 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
     Raises
     ------
     InvalidInput
-        For an argument of another type.
+        For an argument of another type or out of its range.
 
     See Also
     --------
@@ -142,7 +141,7 @@ def plot_residuals(
     Raises
     ------
     InvalidInput
-        For an argument of another type.
+        For an argument of another type or out of its range.
 
     See Also
     --------

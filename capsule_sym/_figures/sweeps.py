@@ -194,8 +194,9 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     the attractors in this order. The key gives its number, itinerary and share of the starts. Grey
     are starts that have not settled within the sweep's periods, white those without a result.
 
-    Stars, in the colour of their attractor, are its own stroboscopic states, where both coordinates
-    are among the state's. They may lie in another area, as starts have one value of the third.
+    Stars, in the colour of their attractor, are the states in which its starts end, at phase 0,
+    where both coordinates are among the state's. They may lie in another area, as starts have one
+    value of the third.
 
     Parameters
     ----------
@@ -372,11 +373,11 @@ def plot_metric(
         axes.set_ylabel(label)
     else:
         low, high = bulk(shown.compressed(), 0.25) if shown.count() else (0.0, 1.0)
-        beyond = int(np.any(shown < low)) + 2 * int(np.any(shown > high))
         looks: dict[str, Any] = {"shading": "nearest", "rasterized": True}
         if low < 0 < high:
             low, high = -max(-low, high), max(-low, high)
             looks["cmap"] = "PuOr_r"
+        beyond = int(np.any(shown < low)) + 2 * int(np.any(shown > high))
         mesh = axes.pcolormesh(*(side for side, *_ in sides), shown.T, vmin=low, vmax=high, **looks)
         axes.set_facecolor(NOT_SETTLED)  # the middle of two hues is white
         figure.colorbar(mesh, ax=axes, label=label, extend=_EXTENDED[beyond])

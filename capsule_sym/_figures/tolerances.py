@@ -45,7 +45,7 @@ def plot_tolerances(
     Raises
     ------
     InvalidInput
-        For an argument of another type.
+        For an argument of another type or out of its range.
 
     See Also
     --------

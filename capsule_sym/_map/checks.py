@@ -19,7 +19,7 @@ SEARCH_SECONDS = 600.0
 """Limit of time of a search, if none is given."""
 
 
-def checked_state(state: Sequence[float]) -> tuple[float, float, float]:
+def checked_state(state: Sequence[float], field: str = "state") -> tuple[float, float, float]:
     """State as three floats; raises InvalidInput for any other."""
     try:
         x_r, v_r, v_c = state
@@ -33,7 +33,7 @@ def checked_state(state: Sequence[float]) -> tuple[float, float, float]:
     except (TypeError, ValueError, OverflowError):
         pass
     allowed = f"three numbers (x_r, v_r, v_c) of size at most {LARGEST_STATE:g}"
-    raise InvalidInput("state", state, allowed)
+    raise InvalidInput(field, state, allowed)
 
 
 def checked_seconds(value: float, field: str = "max_seconds") -> float:

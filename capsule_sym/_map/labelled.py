@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import NotInstalled
+from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._units import UNITS
 
 if TYPE_CHECKING:
@@ -30,6 +30,9 @@ def lock(result: Any) -> None:
 class Labelled:
     """Base of results with columns, which can be a table of pandas."""
 
+    _of_system = False
+    """True if the columns have the units of the result's system, which may be a device."""
+
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
         """Columns, as arrays of shape (n,)."""
@@ -39,8 +42,11 @@ class Labelled:
     def to_dataframe(self, device: SceneDevice | None = None) -> DataFrame:
         """Return the columns as a pandas DataFrame, with texts as categories.
 
-        Dimensionless, or in SI units (s, m, m/s) if a device is given, except parameters.
+        Dimensionless, or in SI units (s, m, m/s) if a device is given, except parameters. A result
+        of a system, which may be a device, has its units and takes none. Raises InvalidInput.
         """
+        if device is not None and self._of_system:
+            raise InvalidInput("device", device, "None: the table has the units of the system")
         pandas = package("pandas")
         made: DataFrame = pandas.DataFrame(
             {

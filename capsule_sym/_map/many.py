@@ -55,7 +55,7 @@ class Trajectories(Labelled):
     offsets: NDArray[np.int64]
     """Offsets of the runs in `kept`, followed by its length, shape (n + 1,)."""
     kept: NDArray[np.float64]
-    """Stroboscopic states of all runs, one after another, shape (n, 3)."""
+    """Stroboscopic states of all runs, one after another, shape (offsets[n], 3)."""
     scene: Scene = CAPSULE
     """Scene of the parameters."""
 
@@ -120,7 +120,7 @@ def simulate_many(
     phases : array_like of shape (n,) or one float, default 0, from 0 to below 2 pi/omega
         Phases at the starts, dimensionless times in the excitation period.
     periods : int, default 100, 1 to 10^12
-        Length of each run, in excitation periods.
+        Length of each run, in excitation periods from phase 0 on, as in `simulate`.
     keep : {"final", "stroboscopic"}, default "final"
         Kept data: the final states alone, or the states at the ends of periods too. More than
         4 GiB of them are refused, and one run ends there.
@@ -136,8 +136,8 @@ def simulate_many(
     threads : int, default 1, 1 to 10^12
         Number of threads that share the runs.
     scene : Scene, str or None, default None
-        Scene of the rows, or its name or folder. None is the scene of the given Parameters, and the
-        paper's scene for rows.
+        Scene of the rows, its name, or its folder if that was loaded before. None is the scene of
+        the given Parameters, and the paper's scene for rows.
 
     Returns
     -------

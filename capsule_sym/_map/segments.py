@@ -127,7 +127,10 @@ class Segment:
 
     @property
     def local_map(self) -> str:
-        """The segment as a local map in the paper's notation, such as "P_{Σ4,F5,Σ5}"."""
+        """The segment as a local map in the paper's notation, such as "P_{Σ4,F5,Σ5}".
+
+        Without a name for a plane that is missing, at an end of the run.
+        """
         return f"P_{{{self.target},{self.name},{self.source}}}"
 
 

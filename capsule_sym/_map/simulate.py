@@ -30,15 +30,15 @@ def simulate(
     max_seconds: float = math.inf,
     progress: Callable[[int], object] | None = None,
 ) -> Trajectory:
-    """Exact trajectory over whole excitation periods from a state and a phase.
+    """Exact trajectory from a state and a phase to the end of an excitation period.
 
     The run passes from segment to segment by closed forms, and each switch is proved to be the
     first event. It ends at phase 0 after `periods` excitation periods. All quantities are
     dimensionless.
 
-    The run stops early after `max_segments` segments, after `max_seconds`, if kept data reach
-    4 GiB, or at a point where no successor field is certain. The trajectory then has the results
-    up to that time. Its `status` and `message` give the reason.
+    The run stops early after `max_segments` segments, after `max_seconds`, in the core if kept data
+    reach 4 GiB, or where rounding leaves the next switch or field open. The trajectory then has the
+    results up to that time. Its `status` and `message` give the reason.
 
     Parameters
     ----------
@@ -50,7 +50,8 @@ def simulate(
     phase : float, default 0, from 0 to below 2 pi/omega
         Phase at the start, a dimensionless time in the excitation period.
     periods : int, default 100, 1 to 10^12
-        Length of the run, in excitation periods.
+        Length of the run, in excitation periods from phase 0 on; from another phase it is shorter
+        by this phase.
     keep : {"segments", "stroboscopic", "final"}, default "segments"
         Kept data. In the core, memory does not grow with data that are not kept.
 

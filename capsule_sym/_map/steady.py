@@ -27,9 +27,9 @@ _Run = Any  # a `Trajectory` that has ended, whose module imports this one
 class SteadyMotion:
     """Periodic motion modulo drift: its segments over one period of the motion.
 
-    The segments are in cyclic order from the standard first field. They are those of the last
-    period of a run, so the first in time may stand last. `period_number` counts excitation periods;
-    `progression` is the advance of x_c per excitation period, dimensionless.
+    Segments of a run are those of its last period, from the standard first field, so the first in
+    time may stand last. Those of an orbit are in its own order. `period_number` counts excitation
+    periods; `progression` is the advance of x_c per excitation period, dimensionless.
     """
 
     segments: tuple[Segment, ...]
@@ -44,7 +44,7 @@ class SteadyMotion:
 
     @property
     def itinerary(self) -> tuple[str, ...]:
-        """Fields of one period, cyclic from the standard first one, such as ("F5", "F2")."""
+        """Fields of one period in the order of the segments, such as ("F5", "F2")."""
         return tuple(segment.name for segment in self.segments)
 
     @property

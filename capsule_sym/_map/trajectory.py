@@ -72,7 +72,7 @@ class Trajectory(Ended, Labelled):
     """Result of a run of the exact map: the kept data, status and statistics.
 
     All quantities are dimensionless. Access to data that were not kept raises InvalidInput. Arrays
-    of a trajectory, and views of them such as columns, are read-only.
+    of a trajectory, and views of them, are read-only.
     """
 
     parameters: SceneParameters
@@ -184,7 +184,7 @@ class Trajectory(Ended, Labelled):
 
     @cached_property
     def records(self) -> Records:
-        """Segments as records of `capsule_segment`, in double precision."""
+        """Segments as a structured array of shape (n,), in double precision: the struct of C."""
         records = records_of(self.segments, self.parameters.omega)
         records.flags.writeable = False
         return records

@@ -91,5 +91,9 @@ def check_time() -> None:
         raise TimeUp(watch)
 
 
-TOLD: ContextVar[Callable[[str], object]] = ContextVar("told", default=lambda said: None)
+def silent(said: str) -> None:
+    """Progress of work whose progress nobody wants to see."""
+
+
+TOLD: ContextVar[Callable[[str], object]] = ContextVar("told", default=silent)
 """Receives progress messages of long work."""

@@ -70,8 +70,14 @@ class Axis:
         return len(self.values)
 
     def __repr__(self) -> str:
-        ends = " to ".join(f"{value:.6g}" for value in (self.values[0, 0], self.values[-1, 0]))
+        (first, *_), (last, *_), unit = self._ends()
+        ends = f"{first:.6g} to {last:.6g} {unit}".rstrip()
         return brief(self, f"{counted(len(self), 'value')}, {ends}", self.name)
+
+    def _ends(self) -> tuple[list[float], list[float], str]:
+        """First and last value, and their unit if the axis is one of a device."""
+        values, unit = self.device or (self.values, "")
+        return values[0].reshape(-1).tolist(), values[-1].reshape(-1).tolist(), unit
 
     @classmethod
     @checked
@@ -141,13 +147,15 @@ class Axis:
         return cls("sample", tuple(ranges), values)
 
     def record(self) -> dict[str, Any]:
-        """Identity of the axis in plain values, with a checksum of its values."""
+        """Identity of the axis in plain values, with a checksum of its dimensionless values."""
+        first, last, unit = self._ends()
         return {
             "name": self.name,
             "quantities": list(self.quantities),
             "count": len(self),
-            "first": self.values[0].tolist(),
-            "last": self.values[-1].tolist(),
+            "first": first,
+            "last": last,
+            "unit": unit,
             "sha256": hashlib.sha256(np.ascontiguousarray(self.values).tobytes()).hexdigest(),
         }
 

@@ -44,6 +44,7 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
     Newton's method finds from the ends of the runs. A cell has the number -1 if its motion is not
     periodic, or if no stable orbit is found from its final state. The cells compute their
     itinerary, progression and final state, and nothing else, whatever the sweep's `compute` has.
+    The extra `sweep` is needed.
 
     Parameters
     ----------

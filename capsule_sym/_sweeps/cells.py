@@ -15,7 +15,7 @@ from capsule_sym._map.backend import default_backend
 from capsule_sym._map.simulate import run
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch, core_of
-from capsule_sym._orbits.metrics.many import performance_many
+from capsule_sym._orbits.metrics.many import closed_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
@@ -179,15 +179,10 @@ class _Cells:
 
         A cell whose orbit has another itinerary than its motion is left to `close`.
         """
-        found = performance_many(
-            self.rows[chosen],
-            self.columns["final"][chosen],
-            self.columns["period_number"][chosen],
-            energies="energies" in self.part.compute,
-            forces="forces" in self.part.compute,
-            watch=self.watch,
-            scene=self.scene,
-        )
+        asked, numbers = self.part.compute, self.columns["period_number"][chosen]
+        motions = self.rows[chosen], self.columns["final"][chosen], numbers
+        what = "energies" in asked, "forces" in asked, False
+        found = closed_many(self.watch, *motions, what, scene=self.scene)
         # The run starts at the angle 0 and ends in the field in which it began.
         fields = found.fields.copy()
         fields[np.arange(len(chosen)), found.records["segments"] - 1] = 0

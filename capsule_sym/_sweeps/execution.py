@@ -90,7 +90,7 @@ def run_sweep(
     Each finished chunk is written at once. At most `workers` chunks are in work at a time, so
     memory does not grow with the sweep. An interruption loses at most one chunk per worker. Results
     are the same byte for byte however often a run is stopped and resumed. Finished chunks are kept
-    in each case: on an error, on Ctrl-C and after `max_seconds`.
+    in each case: on an error, on Ctrl-C and after `max_seconds`. The extra `sweep` is needed.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def run_sweep(
             finished = True
     except KeyboardInterrupt:
         if work is None:
-            raise KeyboardInterrupt(f"no cell was started; {path} is unchanged") from None
+            raise KeyboardInterrupt(f"no cell was started in {path}") from None
         kept = f"{work.done:,} of {counted(sweep.size, 'cell')} kept in {path}"
         raise KeyboardInterrupt(f"{kept}; continue with --resume") from None
     assert work is not None  # opening a store has no time limit

@@ -20,7 +20,7 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
 
     An axis is a list of values. Or it is a table with `from`, `to`, `count` and optionally
     `spacing`, "linear" or "log". Or it is a design, a table with `sobol` (ranges by name), `count`
-    and `seed`.
+    and `seed`. A `count` is 1 to 10^8, a `seed` 0 to 10^12.
 
     Parameters
     ----------
@@ -32,8 +32,8 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
         - `device`: the fixed parameters in SI units instead. Quantities proportional to one
           parameter, such as P_d, may then be axes in SI units, but not in a design.
         - `start`: x_r, v_r, v_c and phase, dimensionless; each is 0 by default.
-        - `scene`: the name of a scene, such as "slope", or its folder, relative to the file; by
-          default the paper's.
+        - `scene`: the name of a scene, such as "slope", or its folder, relative to the file and
+          loaded before; by default the paper's.
         - `periods`: length of a run in excitation periods, 1 or more, by default 300.
         - `tolerance`: change within which stroboscopic states repeat, dimensionless, above 0 and
           below 1, by default 1e-9.

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RESULTS, CHUNKS, SWEEP = "results.zarr", "chunks", "sweep.json"
-FORMAT = 3
+FORMAT = 4
 """Format of a store; a changed one has another number."""
 
 
@@ -146,8 +146,9 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Variables with one value for each cell, over the axes of the sweep. They are dimensionless.
-        For a device `si_scale` and `si_units` among their attributes convert them to SI units.
+        Variables over the axes of the sweep, dimensionless. `final` and `multipliers` have three
+        values for each cell. For a device `si_scale` and `si_units` among the attributes of the
+        others convert them to SI units.
 
     Raises
     ------

@@ -16,6 +16,7 @@ _HIDDEN = {
     *("ties", "covariance", "singular_values", "residual", "iterations", "imbalance", "sweep"),
     *("parts", "final", "seconds", "store", "orbit", "backend", "switches"),
 }
+_IN_UNITS = "over", "metrics", "values", "standard_errors"  # whose entries are printed with units
 _DIGITS = {"uncertainty": 1, "uncertainties": 1, "admissibility": 3}
 _BLOCKS = ("orbits", "switched", "curves")
 _COLUMNS: dict[str, Sequence[str]] = {
@@ -38,7 +39,7 @@ _COLUMNS: dict[str, Sequence[str]] = {
     ),
     "codimension_two": ("types", "lines", "uncertainties"),
     "differences": ("missed", "invented", "cause", "gap"),
-    "axes": ("name", "quantities", "count", "first", "last"),
+    "axes": ("name", "quantities", "count", "first", "last", "unit"),
     "metrics": ("metric", "nominal", "mean", "deviation", "quantiles"),
 }
 """Columns of the table of a list, by its name; of another one they are its simple entries."""
@@ -70,6 +71,9 @@ def _lines(entries: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[tup
     for name, value in entries.items():
         if name in _HIDDEN or (isinstance(value, list) and value and isinstance(value[0], Mapping)):
             continue
+        if name in _IN_UNITS and isinstance(value, Mapping):
+            each = ((key, f"{text_of(one)} {units.get(key, '')}") for key, one in value.items())
+            value = {key: text.rstrip() for key, text in each}
         text = f"{text_of(value, name)} {units.get(name, '')}".rstrip()
         within = value if isinstance(value, Mapping) and "value" not in value else {}
         if within and (len(text) > _LINE or any(" " in part for part in within)):
@@ -77,7 +81,7 @@ def _lines(entries: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[tup
             within = {key: one for key, one in within.items() if key not in _HIDDEN}
             shown = [*within.items()][:_ENTRIES]
             for part, one in shown:
-                yield f"  {_name(part)}", f"{text_of(one, part)} {units.get(part, '')}".rstrip()
+                yield f"  {_name(part)}", text_of(one, part)
             if more := len(within) - len(shown):
                 yield "", f"{more} more"
         elif text:

@@ -6,7 +6,7 @@ import pytest
 import capsule_sym as cs
 from capsule_sym._attractors.attractor import interval
 from capsule_sym._attractors.neighbourhoods import NONE
-from capsule_sym._native import present
+from capsule_sym._native import check_time, present
 from tests.attractors.test_destinations import BISTABLE, SMALL
 
 CHAOTIC = cs.Parameters(alpha=1.88, omega=0.32, delta=0.03, zeta=0.05, beta=17.57, gamma=7.47)
@@ -145,6 +145,17 @@ def test_what_is_done_of_many_starts_is_kept_where_the_work_is_stopped(monkeypat
     states = [one.states for one in whole.attractors]
     for one in part.attractors:
         assert any(one.states.shape == s.shape and np.allclose(one.states, s) for s in states)
+
+
+def test_an_orbit_that_is_not_solved_in_time_has_no_starts(monkeypatch):
+    def late(*_):
+        present().stop()
+        check_time()
+
+    monkeypatch.setattr("capsule_sym._attractors.attractors.closed_orbit", late)
+    found = cs.attractors(BISTABLE, BOX, count=64, max_seconds=1e9)
+    assert (found.status, found.attractors) == ("time-limit", ())
+    assert (found.numbers == NONE).all()
 
 
 def test_the_end_of_the_time_gives_what_is_found():

@@ -225,6 +225,8 @@ def test_where_no_pulse_leads_that_is_said() -> None:
     assert found.status is Status.NO_PULSE
     assert "at most 2 periods with alpha from 0.8 to 0.9" in found.message
     assert math.isnan(found.value)
+    with pytest.raises(cs.InvalidInput, match="pulse = <Pulse no-pulse>: must be a result with"):
+        _ = found.runs
     record = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert (record["value"], record["interval"], record["state"]) == (None, 2 * [None], 3 * [None])
 
@@ -268,6 +270,8 @@ def test_a_device_has_its_pulse_in_its_units(reversal) -> None:
     assert found.value == pytest.approx(reversal.value * unit[0], rel=1e-6)
     assert found.work == pytest.approx(reversal.work * unit[0] * unit[1], rel=1e-6)
     assert found.duration == pytest.approx(reversal.duration / unit[2], rel=1e-9)
+    with pytest.raises(cs.InvalidInput, match=r"device = .*: must be None"):
+        found.to_dataframe(device)
     mine, its = found.columns, reversal.columns
     shown = [text.get_text() for text in cs.plot(found).legends[0].get_texts()]
     assert shown[0].startswith("pulse: $P_d$ (N) ")

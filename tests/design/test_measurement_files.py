@@ -59,6 +59,7 @@ def test_one_line_says_what_was_read(tmp_path: Path) -> None:
     ("text", "named"),
     [
         ("t;x_m\n1;1.2\n2;5,678\n", "x_m in row 3 = '5,678': must be a number with the"),
+        ("t;x_m\n0,5;1,2\n1,5;1.7\n", "x_m in row 3 = '1.7': .* of the others, a comma"),
         ('t,x_m\n1,"1,234.5"\n', "x_m in row 2 = '1,234.5': must be a number"),
         ("t,x_m\n0,1\n1\n", "row 3 = '1'"),
         ("t,x_m\n0,1,0,5\n", "row 2"),

@@ -225,7 +225,8 @@ def test_a_device_has_its_optimum_in_its_own_units() -> None:
     assert found.slopes["g"] * DEVICE.g == pytest.approx(
         found.slopes["mu"] * DEVICE.mu, rel=1e-9
     )  # both count by the friction force alone
-    assert json.loads(json.dumps(found.to_dict()))["units"]["speed_per_work"] == "m/J"
+    units = json.loads(json.dumps(found.to_dict()))["units"]
+    assert [units[name] for name in ("speed_per_work", "P_d", "mu")] == ["m/J", "N", ""]
     assert repr(found).startswith("<Optimum: greatest speed_per_work")
 
 

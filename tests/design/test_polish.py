@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from capsule_sym import Parameters, continue_orbit, solve_orbit
 from capsule_sym._design import polish as polish_module
+from capsule_sym._design import search as search_module
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimum import optimum_of
@@ -18,6 +19,7 @@ from capsule_sym._design.polish import MARGIN, bifurcation_of, polish, with_limi
 from capsule_sym._design.search import Optimisation
 from capsule_sym._design.stationary import local_search
 from capsule_sym._design.survey import Survey
+from capsule_sym._errors import Status
 from capsule_sym._orbits.continuation.kinds import FOLD as FOLD_TYPE
 from capsule_sym._orbits.continuation.kinds import NEIMARK_SACKER, PERIOD_DOUBLING
 
@@ -232,12 +234,35 @@ def test_a_place_without_better_ones_is_at_a_bifurcation_if_a_multiplier_is_near
 ) -> None:
     search, off, _ = smooth_search()
     off.motion.__dict__["multiplier"] = modulus
-    monkeypatch.setattr(search, "search", lambda place: [place])
+    monkeypatch.setattr(search_module, "local_search", lambda program, place: [place])
     monkeypatch.setattr(polish_module, "floquet_multipliers", lambda orbit: [-modulus])
     found = search.unsolved(off)
     assert (found.bifurcation, found.place, found.limit) == (kind, off, off.objective)
     search.survey.program = replace(search.program, margin=0.001)
     assert search.unsolved(search.program.begin(off.u)).bifurcation == "kink"
+
+
+def test_a_place_whose_orbit_is_not_solved_is_at_a_kink(monkeypatch) -> None:
+    search, off, _ = smooth_search()
+    off.motion.__dict__["multiplier"] = 0.995
+    monkeypatch.setattr(search_module, "local_search", lambda program, place: [place])
+    monkeypatch.setattr(type(off.motion), "orbit", None)
+    assert search.unsolved(off).bifurcation == "kink"
+
+
+@pytest.mark.parametrize(
+    ("limit", "status", "said"),
+    [
+        ("speed <= 10", Status.NOT_CONVERGED, "are the metric's derivatives finite"),
+        ("speed >= 10", Status.INFEASIBLE, "was found to satisfy speed >= 10"),
+    ],
+)
+def test_a_search_without_places_says_whether_limits_can_hold(limit, status, said) -> None:
+    search = Optimisation(Survey(program_of("speed", SMOOTH, None, True, (limit,), None)))
+    search.survey.run(4, 0)
+    found = search.conclude([])
+    assert found.status is status
+    assert said in found.message
 
 
 def test_the_time_limit_keeps_an_optimum_that_was_found() -> None:

@@ -80,7 +80,7 @@ def test_a_figure_is_written_and_pyplot_stays_out(tmp_path: Path) -> None:
         "import sys\nfrom capsule_sym._cli import main\ntry:\n    main(sys.argv[1:])\n"
         "finally:\n    print('LOADED', 'matplotlib.pyplot' in sys.modules, 'sympy' in sys.modules)"
     )
-    done = call("figure", "b/branch.json", "--out", "new/x.svg", cwd=tmp_path, code=code)
+    done = call("figure", "b", "--out", "new/x.svg", cwd=tmp_path, code=code)
     assert done.returncode == 0, done.stderr
     assert done.stderr == "wrote new/x.svg\n"
     assert done.stdout == "LOADED False False\n"

@@ -192,6 +192,21 @@ def test_outliers_do_not_squeeze_a_metric() -> None:
     assert said.get_text() == "not settled, infinite, or no result"
 
 
+def test_a_range_about_zero_with_all_values_has_no_arrow() -> None:
+    over = {"alpha": np.linspace(0, 1, 10), "gamma": np.linspace(1, 3, 10)}
+    speed = np.linspace(-0.02, 0.2, 100)
+    speed[0] = -0.15  # beyond the bulk, and within its mirror image
+    results = xr.Dataset(
+        {"velocity": (tuple(over), speed.reshape(10, 10))},
+        coords=over,
+        attrs={"omega": 2 * np.pi, "f_b": 1.0},
+    )
+    (mesh,) = figures.plot_metric(results, "velocity").axes[0].collections
+    low, high = mesh.get_clim()
+    assert -high == low < speed[0]
+    assert mesh.colorbar.extend == "neither"
+
+
 def test_stars_of_a_devices_basin_are_in_its_units() -> None:
     from tests.figures.test_layout import swept
 

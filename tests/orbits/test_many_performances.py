@@ -9,7 +9,7 @@ import pytest
 from mpmath import mp, mpf
 
 import capsule_sym as cs
-from capsule_sym._native import Watch, core
+from capsule_sym._native import core
 from capsule_sym._orbits.metrics.many import METRICS
 from capsule_sym.orbits import floquet_multipliers, solve_itinerary
 from capsule_sym.results import Orbit, Performance, Performances
@@ -264,21 +264,20 @@ def test_a_motion_that_is_not_periodic_is_not_closed() -> None:
     assert np.isnan(found.values).all()
 
 
-def test_a_watch_stops_it() -> None:
-    watch = Watch()
-    watch.stop()
+def test_a_time_limit_stops_it() -> None:
     orbit, found = known("of the paper")
     rows = np.tile(orbit.values, (2000, 1))
-    stopped = cs.performance_many(rows, found.states[0], watch=watch)
+    stopped = cs.performance_many(rows, found.states[0], max_seconds=1e-9)
     assert stopped.status[-1] == "stopped"
     assert np.isnan([stopped[name][-1] for name in ("work", "velocity", "progression")]).all()
     assert not stopped.closed[-1]
+    assert (stopped.itinerary(-1), stopped.cycle(-1)) == ((), ())
 
 
-def test_a_watch_stops_one_orbit_of_many_panels() -> None:
+def test_a_time_limit_stops_one_orbit_of_many_panels() -> None:
     p = cs.Parameters(alpha=0.01, omega=1e-6, delta=1.0, zeta=0.05)
     began = perf_counter()
-    found = cs.performance_many(row(p), (0.01, 0.0, 0.0), watch=Watch(0.05))
+    found = cs.performance_many(row(p), (0.01, 0.0, 0.0), max_seconds=0.05)
     assert perf_counter() - began < 10
     assert found.status.tolist() == ["stopped"]
     assert not found.closed.any()

@@ -305,6 +305,12 @@ def test_motions_between_stops_alike_are_followed_by_their_halves() -> None:
     half = orbits.half_orbit(orbit)
     assert half is not None
     assert half.itinerary.whole.cyclic == orbit.itinerary.cyclic
+    run, whole = half.trajectory(), {s.name: s for s in orbit.motion.segments}
+    assert run.final[1] == pytest.approx(run(run.span[1]), abs=1e-12)
+    for segment in half.motion.segments:
+        same = whole[segment.name]
+        assert (segment.source, segment.target) == (same.source, same.target)
+        assert segment.mode == p.scene.facts.MODES[segment.field - 1]
     assert half.multipliers == pytest.approx(orbit.multipliers, abs=1e-9)
     found = cs.continue_orbit(orbit, "alpha", 1.1, ties={"alpha_low": "-1*alpha"}, points=10)
     assert [one.type for one in found.bifurcations] == ["symmetry breaking"]

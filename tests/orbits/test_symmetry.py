@@ -66,6 +66,13 @@ def test_a_first_half_has_the_metrics_and_the_certificate_of_its_orbit() -> None
         assert getattr(one, name).value == pytest.approx(getattr(other, name).value, rel=1e-12)
     one, other = cs.certify_orbit(half), cs.certify_orbit(whole)
     assert (one["fields"], one["stable"]) == (other["fields"], other["stable"])
+    run = half.trajectory()
+    assert run.final[1] == pytest.approx([-value for value in run.origin[1]], abs=1e-12)
+    assert run.final[1] == pytest.approx(run(run.span[1]), abs=1e-12)
+    planes = [segment.source for segment in whole.motion.segments]
+    ends = [(segment.source, segment.target) for segment in half.motion.segments]
+    assert [source for source, _ in ends] == planes[: len(ends)]
+    assert [target for _, target in ends] == planes[1 : len(ends) + 1]
 
 
 @pytest.mark.parametrize(("begin", "end"), [(0.1, 2.0), (2.0, 0.1)])

@@ -75,7 +75,7 @@ def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixt
     record = json.loads(said(capsys, [*arguments, "--json"]))
     (only,) = record["attractors"]
     assert (only["itinerary"], only["period_number"]) == ("F5 F4 F1 F2 F3 F2", 1)
-    assert only["fraction"] == 1.0
+    assert (only["number"], only["fraction"]) == (0, 1.0)
     # The progression that the README prints for this motion.
     assert only["progression"] == pytest.approx(1.339272935, abs=1e-9)
     assert "attractors\n" in said(capsys, [*arguments, "--resume"])
@@ -163,4 +163,7 @@ def test_ranges_are_axes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     text += "P_d = {from = 2.0, to = 4.0, count = 3}\nOmega = [7.5, 8.5]\n"
     (tmp_path / "plan.toml").write_text(text)
     line = ["sweep", str(tmp_path / "plan.toml"), "--out", str(one), "--resume", "--json"]
-    assert json.loads(said(capsys, line))["computed"] == 0
+    told = json.loads(said(capsys, line))
+    assert told["computed"] == 0
+    ends = [(one["name"], one["first"], one["last"], one["unit"]) for one in told["axes"]]
+    assert ends == [("P_d", [2.0], [4.0], "N"), ("Omega", [7.5], [8.5], "rad/s")]

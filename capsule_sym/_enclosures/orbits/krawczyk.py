@@ -91,9 +91,11 @@ def _hull(centre: Sequence[Ball], slopes: Matrix, radii: Sequence[float]) -> lis
 def newton(
     shooting: Shooting, guess: Sequence[Ball], solved: Sequence[int], enough: float = 0.0
 ) -> tuple[list[Ball], BoxValues, np.ndarray]:
-    """Thin columns near a solution, the equations there, and the inverse derivative, rounded.
+    """Columns of radius 0 near a solution, the equations there, and the inverse of the derivative.
 
-    Steps no longer than `enough` are not taken. Raises Unproved if the iteration does not converge.
+    The derivative is that by the columns `solved`, which alone differ from the middle of the guess;
+    its inverse is rounded. Steps no longer than `enough` are not taken. Raises Unproved if the
+    iteration does not converge.
     """
     centre = [arb(arb(value).mid()) for value in guess]
     before = float("inf")

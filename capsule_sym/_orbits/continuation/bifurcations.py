@@ -52,9 +52,9 @@ class BifurcationPoint(SolvedPoint):
     def multipliers(self) -> tuple[complex, ...]:
         """Floquet multipliers of the orbit, the largest modulus first.
 
-        At a border collision they are those of the itinerary with the segment. The other itinerary
-        has other multipliers (`multipliers_without`) only if power equals order in the normal form,
-        as at a grazing-sliding bifurcation.
+        At a border collision they are those of the itinerary with the segment. Those of the other
+        itinerary (`multipliers_without`) are the same, but at a grazing-sliding bifurcation and at
+        an edge of the drive.
         """
         return sorted_multipliers(self.orbit)
 
@@ -62,8 +62,9 @@ class BifurcationPoint(SolvedPoint):
     def multipliers_without(self) -> tuple[complex, ...]:
         """Multipliers of the itinerary without the segment; the same at a smooth bifurcation.
 
-        For an orbit that is its own mirror image also without the image of the segment. They do not
-        depend on the order of two switches, unless one is an edge of the drive.
+        Empty if the fields that are left form no itinerary. For an orbit that is its own mirror
+        image also without the image of the segment. They do not depend on the order of two
+        switches, unless one is an edge of the drive.
         """
         itinerary, z, pulsed = self.orbit.itinerary, self.orbit.z, self.orbit.scene.facts.PULSED
         if self.segment is None or (not pulsed and swap_segment(itinerary, z, self.segment)):
@@ -74,8 +75,8 @@ class BifurcationPoint(SolvedPoint):
     def orbit_without(self) -> Orbit | None:
         """Orbit in the other itinerary; derivatives of both orbits are those of the two sides.
 
-        Its segment of duration 0 is absent, or stands for the other order of two switches. None at
-        a smooth bifurcation, and where the branch ends.
+        Its segment of duration 0 is absent, or stands for the other order of two switches. None
+        without a `segment`, and if the fields that are left form no itinerary.
         """
         if self.segment is None:
             return None
@@ -93,12 +94,16 @@ class BifurcationPoint(SolvedPoint):
 
 @dataclass(frozen=True, kw_only=True)
 class Bifurcation(BifurcationPoint):
-    """Bifurcation on a branch of periodic orbits, located exactly; dimensionless.
+    """Bifurcation on a branch of periodic orbits, located exactly.
+
+    Dimensionless, except a parameter in SI units.
 
     `value` is that of the parameter `parameter`, and `uncertainty` a bound on its rounding error;
     if the equations are not solved it is the width of the gap in which the bifurcation lies. `line`
-    is the one that the orbit meets (empty for a smooth bifurcation). `segment` is the segment of
-    `orbit` with duration 0 (None for a smooth bifurcation), `failed` the inequality that failed.
+    is the one that the orbit meets, or at an edge of the drive what is there: such as "at gap". It
+    is empty at smooth bifurcations and at corners of higher codimension. `segment` is the segment
+    of `orbit` with duration 0, None at a smooth or an unsolved one; `failed` is the inequality that
+    failed.
 
     `interval` has the values at both ends of the step within which it was found. At a located
     border collision the second one is that of the itinerary before, continued beyond the border; it
@@ -168,7 +173,8 @@ class CodimensionTwoPoint(SolvedPoint):
     """Point of a curve where a second condition holds, located exactly; dimensionless.
 
     `types` and `lines` are those of the curve and of the second condition, `values` the two
-    parameters, `uncertainties` bounds on their rounding errors. `itinerary_after` is None if the
+    parameters, `uncertainties` bounds on their rounding errors, or widths of the gap if the
+    equations are not solved. `itinerary_after` is None if the
     curve ends. `segments` are those of `orbit` with duration 0, that of the curve first; if the
     motion is its own mirror image they are those of its first half.
     """

@@ -51,7 +51,10 @@ _Point = TypeVar("_Point")
 
 @dataclass(frozen=True)
 class BranchPoint:
-    """An orbit of a branch, with the tightest of its itinerary's inequalities; dimensionless."""
+    """An orbit of a branch, with the tightest of its itinerary's inequalities.
+
+    Dimensionless, except a parameter in SI units.
+    """
 
     value: float
     orbit: Orbit
@@ -75,10 +78,10 @@ def ends(points: Sequence[_Point]) -> dict[str, _Point]:
 class Branch(Ended, Labelled):
     """Orbits along a branch and its bifurcations, both in order, and the reason for its end.
 
-    `axis` has the varied parameter and its range. `origin` is the label of the bifurcation at which
-    the branch leaves another one, such as "PD1", or "PD1/PD2" on a branch that itself leaves at
-    PD1; it is empty for other branches. All values are dimensionless, except a parameter in SI
-    units to which others are tied.
+    `axis` has the varied parameter and its range. `origin` is the label of the point at which the
+    branch leaves another one, such as "PD1", "PD1.2" for the second of several, or "PD1/PD2" on a
+    branch that itself leaves at PD1; it is empty for other branches. All values are dimensionless,
+    except a parameter in SI units to which others are tied.
     """
 
     axis: PathAxis
@@ -93,7 +96,7 @@ class Branch(Ended, Labelled):
         """Points as columns, arrays of shape (n,).
 
         The varied parameter has its own name. Each orbit has itinerary, period number, progression,
-        start, and the largest modulus of its Floquet multipliers.
+        average velocity, start, residual, status, and the largest modulus of its multipliers.
         """
         largest = [max(map(abs, point.multipliers), default=0.0) for point in self.points]
         return {

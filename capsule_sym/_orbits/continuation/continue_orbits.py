@@ -498,9 +498,10 @@ def continue_bifurcation(
 ) -> Curve:
     """Curve through a bifurcation in its parameter and a second one, within two ranges.
 
-    The curve is followed in both directions until a parameter leaves its range. No step is longer
-    than 1/`points` of either range. Where another inequality of the itinerary fails, the point is
-    located exactly, and the curve continues in the itinerary beyond.
+    All other parameters are constant: ties of the branch do not hold. The curve is followed in both
+    directions until a parameter leaves its range. No step is longer than 1/`points` of either
+    range. Where another inequality of the itinerary fails, the point is located exactly, and the
+    curve continues in the itinerary beyond.
 
     Parameters
     ----------
@@ -525,9 +526,9 @@ def continue_bifurcation(
     Raises
     ------
     InvalidInput
-        For a second parameter that is unknown or is the first. For ranges that are not ascending,
-        exceed the parameters' own, or do not contain the bifurcation. For a symmetry breaking, if
-        the motions do not keep their mirror images on the curve.
+        For a parameter that is none of the scene, and a second one that is the first. For ranges
+        that are not ascending, exceed the parameters' own, or do not contain the bifurcation. For a
+        symmetry breaking, if the motions do not keep their mirror images on the curve.
 
     Notes
     -----

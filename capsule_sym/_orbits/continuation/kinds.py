@@ -181,7 +181,9 @@ _DIFFERENCE = 1e-3
 
 
 class NormalForm(NamedTuple):
-    """Leading terms of a bifurcation's normal form; dimensionless.
+    """Leading terms of a bifurcation's normal form.
+
+    Dimensionless, except `growth` of a parameter in SI units.
 
     Beside the bifurcation the parameter differs from its value by `growth * s**order`, to leading
     order, with `order` 1 or 2. At a border collision s is the duration of the segment that is

@@ -126,7 +126,8 @@ def read_branch(path: Path | str) -> Record:
     dict
         Content of the file: `parameters`, the varied `parameter`, `ties`, `points`, `bifurcations`,
         `status`, `message`, and the branches `switched` to. Numbers are dimensionless, but a name
-        that is no parameter of the scene has the units of its ties.
+        that is no parameter of the scene has the units of its ties, and `device` and `si` have SI
+        units.
 
     Raises
     ------
@@ -207,7 +208,8 @@ def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
         For a record that lacks one of these or has another type of it, and for an itinerary or a
         scene that is not known.
     ValueError
-        If the numbers do not solve the equations of the orbit, with a residual below 1e-6.
+        For values that are no numbers, and if the numbers do not solve the equations of the orbit,
+        with a residual below 1e-6.
 
     See Also
     --------

@@ -5,6 +5,7 @@ It serves the cells of a sweep, and the inner loop of an optimiser.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,7 +20,8 @@ from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import checked_rows, shared, spread
 from capsule_sym._map.native import core
 from capsule_sym._map.result import brief
-from capsule_sym._native import Watch, present
+from capsule_sym._map.simulate import watch_of
+from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym.generated.interface import ORBIT_STATUSES, STOPS, OrbitStatus, Stop
@@ -43,7 +45,7 @@ class Performances:
     stops: NDArray[np.int8]
     """Status of the core, a `Stop`, shape (n,)."""
     fields: NDArray[np.uint8]
-    """Fields from forcing angle 0 on, padded with 0, shape (n, MOST_SEGMENTS)."""
+    """Fields from forcing angle 0 on, padded with 0, shape (n, 256)."""
     scene: Scene = CAPSULE
     """Scene of the parameters."""
 
@@ -93,7 +95,11 @@ class Performances:
 
     @property
     def values(self) -> NDArray[np.float64]:
-        """Metrics in the order of METRICS, shape (n, 7)."""
+        """Metrics, shape (n, 7).
+
+        In this order: velocity, progression, work, damper_loss, friction_loss, peak_force,
+        peak_contact.
+        """
         return np.stack([self.records[name] for name in METRICS], axis=-1)
 
     @property
@@ -108,17 +114,20 @@ class Performances:
 
     @checked
     def itinerary(self, i: int) -> tuple[str, ...]:
-        """Names of the fields of one period of motion i, as in `SteadyMotion.itinerary`."""
+        """Names of the fields of one period of motion i, from the standard first one.
+
+        Of a motion that is not found the fields that were passed, if there are any.
+        """
         check_count("i", i, -len(self), len(self) - 1)
         return tuple(f"F{field}" for field in self.cycle(i))
 
     def cycle(self, i: int) -> tuple[int, ...]:
-        """Numbers of the fields of one period of motion i."""
+        """Numbers of the fields of one period of motion i, as in `itinerary`."""
         passed = self.fields[i][: self.records["segments"][i]].tolist()
         # The run starts and ends within one segment, unless a switch is at the angle 0.
         if len(passed) > 1 and passed[0] == passed[-1]:
             passed.pop()
-        return tuple(begun(passed, self.scene))
+        return tuple(begun(passed, self.scene)) if passed else ()
 
 
 def performance_many(
@@ -129,7 +138,7 @@ def performance_many(
     energies: bool = True,
     forces: bool = True,
     gradients: bool = False,
-    watch: Watch | None = None,
+    max_seconds: float = math.inf,
     threads: int = 1,
     scene: Scene = CAPSULE,
 ) -> Performances:
@@ -158,9 +167,9 @@ def performance_many(
     gradients : bool, default False
         True for `gradients`, the derivatives of the seven metrics by the parameters, of shape
         (n, 7, parameters).
-    watch : Watch or None, default None
-        Time limit of the work. Motions that are not solved in its time have the status "stopped",
-        and nan for values. None is the limit of the enclosing work, if there is one.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time. Motions that are not solved within it have the status
+        "stopped", and nan for values.
     threads : int, default 1, 1 to 10^12
         Number of threads that share the motions.
     scene : Scene, default the paper's
@@ -193,6 +202,22 @@ def performance_many(
     >>> print(f"{found.gradients[1, 2, 0]:.6f}")  # of the work, by alpha
     3.129752
     """
+    what = energies, forces, gradients
+    return closed_many(
+        watch_of(max_seconds), parameters, states, period_numbers, what, threads, scene
+    )
+
+
+def closed_many(
+    watch: Watch,
+    parameters: ArrayLike,
+    states: ArrayLike,
+    period_numbers: ArrayLike,
+    what: tuple[bool, bool, bool],
+    threads: int = 1,
+    scene: Scene = CAPSULE,
+) -> Performances:
+    """Motions as by `performance_many`, with `what` its energies, forces and gradients."""
     binding = core(scene)
     rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)), scene)
     count = len(rows)
@@ -205,11 +230,10 @@ def performance_many(
     stops, records = np.zeros(count, np.int8), np.zeros(count, scene.records.ORBIT)
     fields = np.zeros((count, MOST_SEGMENTS), np.uint8)
     size = max(1, count if threads == 1 else _AT_ONCE, -(-count // (_SHARES * threads)))
-    watch = watch or (present() if threads == 1 else Watch(present().left))
 
     def solve(i: int) -> None:
         own = slice(i * size, (i + 1) * size)
-        results, what = (stops[own], records[own], fields[own]), (energies, forces, gradients)
+        results = stops[own], records[own], fields[own]
         binding.orbit_many(rows[own], starts[own], periods[own], *results, *what, watch)
 
     shared(solve, -(-count // size), threads, watch)

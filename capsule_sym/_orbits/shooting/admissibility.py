@@ -115,10 +115,10 @@ def inequalities(
 
 
 def _at_end(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> Iterator[Inequality]:
-    """Inequalities at the edge or the stop that ends a segment.
+    """Inequalities at the edge or the stop that ends a segment, if there are any.
 
     If the drive reacts, the pull on the capsule jumps at an edge. Elsewhere its rate jumps: at rest
-    the pull may be at an extremum there.
+    the pull may be at an extremum there; for a drift there is none.
     """
     flow, following = flows[i], flows[(i + 1) % len(flows)]
     c, after, sides = flow.c, following.c, ((Guard.UPPER, -1), (Guard.LOWER, 1))
@@ -188,7 +188,7 @@ def _gaps(
 def tightest(orbit: Orbit) -> Inequality:
     """Inequality of an orbit's itinerary with the least value.
 
-    An orbit is a motion of the map if all its inequalities are above 0. The least one is the
+    On a motion of the map all inequalities are above 0. The least one is the
     distance of the orbit from a change of its itinerary.
 
     Parameters

@@ -183,9 +183,10 @@ def _parts(scene: Scene, field: int) -> tuple[int, int, int]:
 def remove_segment(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, segment: int
 ) -> tuple[Exchange, Inequality]:
-    """Itinerary without a segment of duration 0, and the inequality that is 0 on this orbit.
+    """Itinerary without a segment of duration 0, and its inequality that is 0 on this orbit.
 
-    Raises InvalidInput if the remaining fields are no itinerary.
+    It begins at the segment before. Equal neighbours become one segment; a pair of slip and rest
+    goes as a whole. Raises InvalidInput if the remaining fields are no itinerary.
     """
     n, (before, _, after) = len(itinerary), around(itinerary, segment)
     pair = _pair(itinerary, z, segment)

@@ -124,7 +124,8 @@ class Itinerary:
         """Itinerary of these fields; each guard follows from a field and the next one.
 
         Raises InvalidInput for a field that does not exist, for two fields that no single guard
-        connects, and for a single field other than stick.
+        connects, for one field alone unless it sticks or is `mirrored`, and for another number of
+        periods.
         """
         order = tuple(fields)
         for field in order:
@@ -244,7 +245,7 @@ class Itinerary:
 
     @property
     def first(self) -> int:
-        """First segment as in the paper: in contact, and at rest if there is such a segment."""
+        """Index of the paper's first segment: in contact, and at rest if there is such a one."""
         return cyclic_start(self.fields, self.scene)
 
     @property

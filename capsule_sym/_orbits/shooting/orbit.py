@@ -119,7 +119,7 @@ class Orbit(Ended, Labelled):
 
     @property
     def durations(self) -> Vector:
-        """Duration of each segment, shape (n,)."""
+        """Duration of each segment, shape (k,)."""
         return self.z[4:]
 
     @property
@@ -160,6 +160,8 @@ class Orbit(Ended, Labelled):
     def motion(self) -> SteadyMotion:
         """Orbit as a steady motion of the map: segments, global map, progression.
 
+        Of the first half of a symmetric orbit it has the segments of that half.
+
         Quantities known at a switch have their exact values: x_r at the stop, v_c = 0.
         """
         segments, period_number = tuple(_segments(self)), self.itinerary.period_number
@@ -169,7 +171,7 @@ class Orbit(Ended, Labelled):
         """One period of the orbit as a trajectory, which can be evaluated at times.
 
         It starts with the first segment: its `span` begins at that segment's phase, not at 0. Of
-        the first half of a symmetric orbit it is that half.
+        the first half of a symmetric orbit it is that half. It keeps no stroboscopic states.
         """
         segments = self.motion.segments
         origin = segments[0].start, segments[0].start_state
@@ -182,7 +184,7 @@ class Orbit(Ended, Labelled):
 
     @checked
     def refined(self) -> Orbit:
-        """The same orbit in 50 digits, as by `solve_itinerary`."""
+        """The same orbit in 50 digits, or a result without one, as by `solve_itinerary`."""
         return solve_itinerary(self.values, self.itinerary, list(self.z), backend="mpmath")
 
 
@@ -366,16 +368,18 @@ def _segments(orbit: Orbit) -> list[Segment]:
     for i, flow in enumerate(flows):
         turns, angle = numbers.turns(flow.angle)
         later, end_angle = numbers.turns(flow.angle + omega * flow.h)
-        following = (i + 1) % len(flows)
+        # The first half of a symmetric orbit ends in the mirror image of its start.
+        last = i == len(flows) - 1
+        end = starts[0] if last else starts[i + 1]
         segments.append(
             Segment(
                 field=flow.segment.field,
                 source=_plane(itinerary, i),
-                target=_plane(itinerary, following),
+                target=_plane(itinerary, i + 1),
                 start=Instant(turns - first, angle / omega, omega),
                 end=Instant(later - first, end_angle / omega, omega),
                 start_state=starts[i],
-                end_state=starts[following],
+                end_state=(-end[0], -end[1], -end[2]) if last and itinerary.mirrored else end,
                 duration=flow.h,
                 outcome=Outcome.REGULAR if flow.segment.guard else Outcome.NEVER,
                 tangencies=(),
@@ -383,6 +387,7 @@ def _segments(orbit: Orbit) -> list[Segment]:
                 position=position,
                 advance=flow.moved[2],
                 closed=flow.closed,
+                scene=orbit.scene,
             )
         )
         position = position + flow.moved[2]
@@ -400,8 +405,8 @@ def _exact_start(
 
 
 def _plane(itinerary: Itinerary, index: int) -> str:
-    """Switching plane on which a segment begins, Eq. (24)."""
-    field, guard = itinerary.segments[index].field, itinerary.segments[index - 1].guard
+    """Switching plane on which a segment begins, Eq. (24), and also after the last segment."""
+    field, guard = itinerary.neighbour(index), itinerary.segments[index - 1].guard
     tables, way = itinerary.scene.switching, drift(field, itinerary.scene)
     if guard is Guard.EDGE:
         return f"Σ{tables.EDGE_PLANES[level(field, itinerary.scene)]}"

@@ -49,9 +49,9 @@ def solve_orbit(
     """Stable orbit on which the simulated motion settles within a number of excitation periods.
 
     The motion is simulated over 64, 128, 256, ... periods, each time from the start. Where the
-    itinerary at its end repeats over 1 to 16 excitation periods, the nearby orbit is solved for. It
-    is accepted if it is stable and admissible, and if the motion approaches it. The motion need not
-    have settled to the last digit.
+    state at its end nearly repeats after 1 to 16 excitation periods, the nearby orbit is solved
+    for. It is accepted if it is stable and admissible, and if the motion approaches it. The motion
+    need not have settled to the last digit.
 
     If there is no orbit, the message names the itineraries at the end of the run and the reason
     against each. The status is then "not-periodic", or that of the refused orbit if the run
@@ -66,7 +66,7 @@ def solve_orbit(
     phase : float, default 0, from 0 to below 2 pi/omega
         Phase at the start, a dimensionless time in the excitation period.
     periods : int, default 1024, 1 to 10^12
-        Length of the longest run, in excitation periods.
+        Length of the longest run, in excitation periods from phase 0 on.
     max_seconds : float, default inf, above 0
         Time limit, in seconds of wall time. The status is then "time-limit".
 
@@ -299,7 +299,7 @@ def search_orbits(
     See Also
     --------
     solve_orbit : stable orbit from one start.
-    attractors : stable motions with their basins.
+    attractors : stable motions with their fractions of starts.
 
     Notes
     -----
@@ -465,6 +465,7 @@ def orbit_at(
     >>> print(cs.orbits.orbit_at(parameters, (0.0, 0.0, 0.0), 1))
     None
     """
+    check_count("period_number", period_number)
     return _read_off(simulate(parameters, state, periods=period_number), period_number)
 
 

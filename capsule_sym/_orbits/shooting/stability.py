@@ -73,7 +73,8 @@ def saltation_matrix(before: Constants, after: Constants, state: Vector, cosine:
     Notes
     -----
     The matrix is S = I + (g - f) n^T/(n^T f), with n = (0, 0, 1). The field is f before the switch
-    and g after it. At all other switches the fields are continuous, and S = I.
+    and g after it. At all other switches S = I: the fields are continuous, or the
+    time is fixed, as at an edge of the drive.
 
     Examples
     --------
@@ -113,6 +114,11 @@ def monodromy_matrix(orbit: OrbitLike) -> Matrix:
     ndarray of shape (3, 3)
         Derivative of the state (x_r, v_r, v_c) after the orbit's period by the state at its start.
         It is dimensionless, in the number system of the orbit.
+
+    Raises
+    ------
+    InvalidInput
+        For an orbit that was not found, a `NoOrbit`.
 
     See Also
     --------
@@ -154,6 +160,11 @@ def floquet_multipliers(orbit: OrbitLike) -> NDArray[np.complex128]:
     -------
     ndarray of complex, shape (3,)
         Floquet multipliers, dimensionless. The orbit is stable if all are below 1 in modulus.
+
+    Raises
+    ------
+    InvalidInput
+        For an orbit that was not found, a `NoOrbit`.
 
     See Also
     --------

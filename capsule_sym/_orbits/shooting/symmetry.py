@@ -70,6 +70,11 @@ def mirror_image(orbit: Orbit) -> bool:
         True if the states of both halves are opposite at 16 times, within 1e-7 times 1 plus the
         largest entry of the states.
 
+    Raises
+    ------
+    InvalidInput
+        For an orbit that was not found, a `NoOrbit`.
+
     See Also
     --------
     half_orbit : the first half of such an orbit.
@@ -105,6 +110,11 @@ def whole_orbit(orbit: Orbit) -> Orbit:
     -------
     Orbit
         The whole orbit; the given one if it is whole.
+
+    Raises
+    ------
+    InvalidInput
+        For an orbit that was not found, a `NoOrbit`.
 
     See Also
     --------
@@ -144,6 +154,11 @@ def half_orbit(orbit: Orbit) -> Orbit | None:
         The first half, whose `itinerary.mirrored` is True. None if the orbit is not its own image,
         or touches a single stop. It is also None if the parameters are not symmetric, or if the
         equations of the half are not solved.
+
+    Raises
+    ------
+    InvalidInput
+        For an orbit that was not found, a `NoOrbit`.
 
     See Also
     --------

@@ -40,7 +40,7 @@ def generator(c: Any, omega: Number) -> Matrix:
 
 
 def residual_series(orbit: Orbit, curve: Series) -> Series:
-    """Taylor coefficients (many, n + 4) of the equations along a curve of unknowns.
+    """Taylor coefficients (many, n + 4) of the equations of n segments along a curve of unknowns.
 
     `curve` (many, n + 4) has the coefficients of z; the first is the orbit's z. The equations are
     those of the orbit's residual. A segment of duration 0 loses the last orders, one for every zero
