@@ -31,9 +31,9 @@ _SHOWN = 64  # excitation periods of these runs
 class Shock(Result):
     """Smallest knock after which a motion is lost; dimensionless.
 
-    The knock loses the motion. If it is found, the motion returns after one smaller by a share of
-    2e-6, and the least size is the same within the relative `accuracy`, unless another part of the
-    boundary is nearer. At a time limit the knock is the smallest one so far. If no
+    The knock loses the motion. With the status "found" the motion returns after one smaller by a
+    share of 2e-6, and the least size is the same within the relative `accuracy`, unless another
+    part of the boundary is nearer. At a time limit the knock is the smallest one so far. If no
     knock was found, it and its related values are None, and `size` is the radius up to which knocks
     were tried.
     """
@@ -119,9 +119,9 @@ def minimal_shock(
     loses the motion.
 
     The shock leads to the nearest point of the boundary, within 1e-4 of its size. It is not proved
-    that no other part of the boundary is nearer. A run that the core cannot decide in 100 segments,
-    or in a tenth of the time left, counts as one that returns. After `max_seconds` the result is
-    the best so far.
+    that no other part of the boundary is nearer. A run counts as one that returns if the
+    core cannot decide more than 100 of its segments, or if these take more than a tenth of the time
+    left. After `max_seconds` the result is the best so far.
 
     Parameters
     ----------

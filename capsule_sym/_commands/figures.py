@@ -66,10 +66,10 @@ def figure(
 ) -> None:
     """Draw results that other commands wrote.
 
-    A RESULT is a directory that another command wrote, or its branch.json or curves.json; several
-    branches can be given. Of branches, with those that leave theirs, a colour is a
-    branch; stable orbits are solid, unstable ones dashed; every bifurcation has its label, and the
-    key its type and value. Of curves a colour is a type of bifurcation; a circle is a point of
+    A RESULT is a directory that `branch`, `curve`, `sweep` or `basin` wrote, or a branch.json or
+    curves.json; several branches can be given. Of branches, with those that leave theirs, a colour
+    is a branch; stable orbits are solid, unstable ones dashed; every bifurcation has its label, and
+    the key its type and value. Of curves a colour is a type of bifurcation; a circle is a point of
     codimension two. Of a sweep over two parameters a colour is an itinerary, of a basin an
     attractor. With --out other commands draw their results, if they have a figure.
 
@@ -82,7 +82,7 @@ def figure(
         Of a sweep: a file of `curve --json` or --out, whose curves are drawn on top; any number.
     """
     picture.check()
-    subjects = tuple(map(_file_of, subjects))
+    subjects, curves = tuple(map(_file_of, subjects)), tuple(map(_file_of, curves))
     if os.path.isdir(first := subjects[0]):
         if len(subjects) > 1:
             raise click.UsageError(f"{first} is drawn alone: leave {subjects[1]} out")

@@ -191,7 +191,7 @@ def _status(
     status, message = Status.NOT_CONVERGED, found.message
     if found.success:
         status, message = Status.CONVERGED, "the least squares converged"
-    advice = "try starts=64, other drawn, and check units"
+    advice = "try starts=64, other guesses, and check units"
     for names, cause, text in (
         (poor, Status.UNEXPLAINED, f"the noise is {', '.join(poor)}: {advice}"),
         (apart, Status.NOT_IDENTIFIABLE, f"the data do not determine {', '.join(apart)}"),
@@ -257,7 +257,8 @@ class Fit(Result):
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as JSON has it: None stands for a number that is not finite.
 
-        `units` has the SI units of a device's parameters and start, and is empty without one.
+        `units` has the SI units of metrics, parameters and start of a device, and is empty without
+        one.
         """
         more = {"parameters": values_of(self.system), "units": units_in(self.system)}
         return super().to_dict() | more

@@ -102,8 +102,8 @@ class Optimum(Result):
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as JSON has it: None stands for a number that is not finite.
 
-        `parameters` are those of the system at the optimum. `units` has the SI unit of each metric
-        and parameter if the system is a device, and is empty if it is dimensionless.
+        `parameters` are those of the system at the optimum. `units` has the SI units of metrics,
+        parameters and start of a device, and is empty without one.
         """
         more = {"parameters": values_of(self.system), "units": units_in(self.system)}
         return super().to_dict() | more

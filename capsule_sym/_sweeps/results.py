@@ -53,7 +53,10 @@ class Held:
             raise InvalidInput("store", str(path), "a directory that holds a sweep")
         with undamaged(self.path):
             self.head: dict[str, Any] = read_json(self.path / SWEEP, "a record", "store")
-            if self.head["format"] != FORMAT or self.head["kind"] not in ("sweep", "basin"):
+            if self.head["format"] != FORMAT:
+                allowed = f"of format {FORMAT}: this one is of another version, so compute it anew"
+                raise InvalidInput("store", str(path), allowed)
+            if self.head["kind"] not in ("sweep", "basin"):
                 raise ValueError(self.head["kind"])
             self.counts = [int(axis["count"]) for axis in self.head["sweep"]["axes"]]
             sides = map(int, self.head["sweep"]["chunk"])

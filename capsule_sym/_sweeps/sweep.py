@@ -40,8 +40,8 @@ class Sweep:
 
     A sweep has at most 10^10 cells. Results are written in chunks of `chunk` cells along each axis,
     at most 2^20 in all; by default a chunk takes at most about two seconds, and small sweeps are
-    cut finer. All quantities are dimensionless. If a `device` is given, `parameters` are left
-    out, and axes may be `Axis.of_device`; results then have `si_scale` and
+    cut finer. All quantities are dimensionless. With a `device` no `parameters` are given, and
+    axes may be `Axis.of_device`; results then have `si_scale` and
     `si_units` to convert them to SI units. Raises InvalidInput for a value that is not allowed.
     """
 

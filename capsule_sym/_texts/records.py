@@ -72,8 +72,8 @@ def _lines(entries: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[tup
         if name in _HIDDEN or (isinstance(value, list) and value and isinstance(value[0], Mapping)):
             continue
         if name in _IN_UNITS and isinstance(value, Mapping):
-            each = ((key, f"{text_of(one)} {units.get(key, '')}") for key, one in value.items())
-            value = {key: text.rstrip() for key, text in each}
+            texts = ((key, text_of(one)) for key, one in value.items())
+            value = {key: f"{text} {units.get(key, '')}".rstrip() for key, text in texts if text}
         text = f"{text_of(value, name)} {units.get(name, '')}".rstrip()
         within = value if isinstance(value, Mapping) and "value" not in value else {}
         if within and (len(text) > _LINE or any(" " in part for part in within)):

@@ -15,7 +15,7 @@ import xarray as xr
 
 from capsule_sym import InvalidInput, Parameters, run_basin, run_sweep
 from capsule_sym._cli import main
-from capsule_sym._sweeps.results import info_record
+from capsule_sym._sweeps.results import FORMAT, info_record
 from capsule_sym.inputs import Axis, Sweep
 from capsule_sym.results import open_results
 from tests.sweeps import chart, contents
@@ -110,7 +110,19 @@ def test_other_damage_raises_nothing_else(damage, kind, stores, tmp_path) -> Non
                 read(path)
 
 
-@pytest.mark.parametrize("text", ["{}", "[]", "3", "x", '{"format": 3}', '{"format": 2}'])
+def test_a_store_of_another_version_says_so(stores, tmp_path) -> None:
+    path = copied(stores("sweep"), tmp_path / "store")
+    head = json.loads((path / "sweep.json").read_text())
+    (path / "sweep.json").write_text(json.dumps(head | {"format": FORMAT - 1}))
+    for read in (open_results, lambda one: run_small(one, resume=True)):
+        with pytest.raises(InvalidInput, match="another version, so compute it anew"):
+            read(path)
+
+
+OWN = f'{{"format": {FORMAT}}}'
+
+
+@pytest.mark.parametrize("text", ["{}", "[]", "3", "x", OWN, '{"format": 2}'])
 def test_another_file_is_no_store(text: str, stores, tmp_path) -> None:
     path = copied(stores("sweep"), tmp_path / "store")
     head = json.loads((path / "sweep.json").read_text())

@@ -53,8 +53,8 @@ class BifurcationPoint(SolvedPoint):
         """Floquet multipliers of the orbit, the largest modulus first.
 
         At a border collision they are those of the itinerary with the segment. Those of the other
-        itinerary (`multipliers_without`) are the same, but at a grazing-sliding bifurcation and at
-        an edge of the drive.
+        itinerary (`multipliers_without`) are the same, except at a grazing-sliding bifurcation and
+        at an edge of the drive.
         """
         return sorted_multipliers(self.orbit)
 

@@ -21,7 +21,7 @@ from capsule_sym._map.many import checked_rows, shared, spread
 from capsule_sym._map.native import core
 from capsule_sym._map.result import brief
 from capsule_sym._map.simulate import watch_of
-from capsule_sym._native import Watch
+from capsule_sym._native import Watch, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym.generated.interface import ORBIT_STATUSES, STOPS, OrbitStatus, Stop
@@ -202,10 +202,10 @@ def performance_many(
     >>> print(f"{found.gradients[1, 2, 0]:.6f}")  # of the work, by alpha
     3.129752
     """
-    what = energies, forces, gradients
-    return closed_many(
-        watch_of(max_seconds), parameters, states, period_numbers, what, threads, scene
-    )
+    what, limit = (energies, forces, gradients), watch_of(max_seconds)
+    if threads == 1 and max_seconds == math.inf:
+        limit = present()  # which Ctrl-C stops
+    return closed_many(limit, parameters, states, period_numbers, what, threads, scene)
 
 
 def closed_many(
