@@ -44,7 +44,7 @@ def tolerances(
     normal
         A parameter with a normal distribution of this relative deviation. Repeatable.
     samples
-        Number of samples, a power of two.
+        Number of samples, a power of two from 64 on.
     seed
         Random seed of the samples.
     out

@@ -89,7 +89,7 @@ class Tolerances(Result, Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Sobol's indices as columns, one row for each metric and parameter."""
+        """Sobol's indices as columns, shape (m k,) for m metrics and k parameters."""
         return {
             "metric": np.repeat([one.metric for one in self.metrics], len(self.names)),
             "parameter": np.tile(self.names, len(self.metrics)),

@@ -20,8 +20,8 @@ def _command(name: str) -> click.Command:
 
 _RANGED = _command("branch").params
 _SCENE = [one.name for one in _RANGED].index("scene")
-# Up to --scene these are parameters; those of the device have no values of their own.
-COMMON = [*_RANGED[: _SCENE + 1], *(one for one in _RANGED if not one.expose_value), _RANGED[-1]]
+# Up to --scene these are parameters; the last one is --json.
+COMMON = [*_RANGED[: _SCENE + 1], _RANGED[-1]]
 _NAMES = {one.name for one in COMMON}
 shared = click.Command("COMMAND", params=COMMON)
 for _name in group.commands:

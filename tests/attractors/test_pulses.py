@@ -225,7 +225,7 @@ def test_where_no_pulse_leads_that_is_said() -> None:
     assert found.status is Status.NO_PULSE
     assert "at most 2 periods with alpha from 0.8 to 0.9" in found.message
     assert math.isnan(found.value)
-    with pytest.raises(cs.InvalidInput, match="pulse = <Pulse no-pulse>: must be a result with"):
+    with pytest.raises(cs.InvalidInput, match="pulse = <Pulse: no-pulse>: must be a result with"):
         _ = found.runs
     record = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert (record["value"], record["interval"], record["state"]) == (None, 2 * [None], 3 * [None])

@@ -19,9 +19,9 @@ from capsule_sym._design.polish import MARGIN, bifurcation_of, polish, with_limi
 from capsule_sym._design.search import Optimisation
 from capsule_sym._design.stationary import local_search
 from capsule_sym._design.survey import Survey
-from capsule_sym._errors import Status
 from capsule_sym._orbits.continuation.kinds import FOLD as FOLD_TYPE
 from capsule_sym._orbits.continuation.kinds import NEIMARK_SACKER, PERIOD_DOUBLING
+from capsule_sym.results import Status
 
 FOLD = Parameters(
     alpha=0.88065606, omega=2.5, delta=0.2, zeta=0.0310785, beta=4.2171892, gamma=2.789994

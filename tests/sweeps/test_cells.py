@@ -236,7 +236,7 @@ def test_the_core_closes_nearly_every_periodic_cell(monkeypatch: pytest.MonkeyPa
 
 @needs_core
 def test_a_cell_whose_orbit_switches_otherwise_is_left_to_python(monkeypatch) -> None:
-    many, left = cells.performance_many, []
+    many, left = cells.closed_many, []
 
     def other(*given: object, **more: object) -> Performances:
         found = many(*given, **more)  # type: ignore[arg-type]
@@ -244,7 +244,7 @@ def test_a_cell_whose_orbit_switches_otherwise_is_left_to_python(monkeypatch) ->
         found.records["status"][2] = OrbitStatus.CHANGED
         return found
 
-    monkeypatch.setattr(cells, "performance_many", other)
+    monkeypatch.setattr(cells, "closed_many", other)
     monkeypatch.setattr(cells._Cells, "close", lambda self, i: left.append(self.order[i]))
     compute(Sweep((Axis.of("alpha", [0.6, 0.9, 1.2, 1.5]),), compute=("energies",)))
     assert left == [1, 2]
