@@ -89,7 +89,7 @@ class Misfit:
 
     def sizes(self, values: Vector) -> Vector:
         """Reference sizes for relative changes of the unknowns."""
-        units = dict(zip(OF_START, units_of(self.system).tolist(), strict=True))
+        units = dict(zip(OF_START, start_units(self.system).tolist(), strict=True))
         least = [max(abs(self.base[one]), units.get(one, 0.0)) for one in self.unknown]
         found = np.maximum(np.abs(values), least)
         return np.where(found == 0.0, 1.0, found)
@@ -163,7 +163,7 @@ class Misfit:
         return np.asarray(np.where(self.speeds, speed, length))
 
 
-def units_of(system: System) -> Vector:
+def start_units(system: System) -> Vector:
     """Units of the start, in the order of OF_START."""
     if isinstance(system, SceneDevice):
         return np.array([system.scale(name) for name in OF_START])
@@ -172,7 +172,7 @@ def units_of(system: System) -> Vector:
 
 def period_of(system: System) -> float:
     """Excitation period, in the system's unit of time."""
-    return float(dimensionless(system).period * units_of(system)[OF_START.index(PHASE)])
+    return float(dimensionless(system).period * start_units(system)[OF_START.index(PHASE)])
 
 
 _AROUND = 4.0  # factor about a guess of the frequency within which the spectrum has its peak

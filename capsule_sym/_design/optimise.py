@@ -181,8 +181,8 @@ def _check_ends(program: Program) -> None:
                 checks.check_start(dimensionless(system), (0.0, 0.0, 0.0), 0.0, 1)
             except InvalidInput as error:
                 bounds = float(program.low[i]), float(program.high[i])
-                allowed = f"such that {error.field} is {error.allowed}"
-                raise InvalidInput(f"bounds of {name}", bounds, allowed) from None
+                must = f"such that {error.field} is {error.allowed}"
+                raise InvalidInput(f"bounds of {name}", bounds, must) from None
 
 
 def check_survey(samples: int, seed: int) -> None:

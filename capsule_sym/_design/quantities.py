@@ -175,7 +175,7 @@ def function_of(field: str, metric: str | Function, system: System) -> Function:
 
 def limit_of(one: object, system: System) -> Limit:
     """Constraint from a text such as "peak_force <= 2", or from (function, "<=", value)."""
-    allowed = 'a text such as "peak_force <= 2", or (function, "<=" or ">=", number)'
+    must = 'a text such as "peak_force <= 2", or (function, "<=" or ">=", number)'
     given, text = one, one if isinstance(one, str) else ""
     if text:
         relation = "<=" if "<=" in text else ">="
@@ -183,10 +183,10 @@ def limit_of(one: object, system: System) -> Limit:
         with suppress(ValueError):
             given = left.strip(), relation, float(right)
     if not (isinstance(given, tuple) and len(given) == 3 and given[1] in ("<=", ">=")):
-        raise InvalidInput("subject_to", one, allowed)
+        raise InvalidInput("subject_to", one, must)
     metric, relation, number = given
     if not real(number):
-        raise InvalidInput("subject_to", one, allowed)
+        raise InvalidInput("subject_to", one, must)
     function = function_of("subject_to", metric, system)
     text = text or f"{metric if isinstance(metric, str) else named(metric)} {relation} {number:g}"
     return Limit(text, function, float(number), 1 if relation == ">=" else -1)
@@ -204,15 +204,15 @@ def valued(field: str, function: Function, metrics: Mapping[str, Slope], text: s
     function that returns anything but arithmetic of the metrics.
     """
     name = text or named(function)
-    allowed = "arithmetic (+ - * / **) of the metrics and parameters that the function gets by name"
+    must = "arithmetic (+ - * / **) of the metrics and parameters that the function gets by name"
     found: object = Slope(math.nan, 0 * next(iter(metrics.values())).slope)
     try:
         with np.errstate(all="ignore"), suppress(ArithmeticError):  # such as a division by 0
             found = function(metrics)
     except Exception as error:
-        raise InvalidInput(field, name, f"{allowed} ({type(error).__name__}: {error})") from error
+        raise InvalidInput(field, name, f"{must} ({type(error).__name__}: {error})") from error
     if not isinstance(found, Slope):
         # A plain number has no derivative, and would count as a constant.
-        raise InvalidInput(field, name, f"{allowed}, not {type(found).__name__}")
-    real = not np.iscomplexobj(found.value) and np.isfinite(found.value)
-    return Slope(np.where(real, found.value, math.nan).real, found.slope)
+        raise InvalidInput(field, name, f"{must}, not {type(found).__name__}")
+    finite = not np.iscomplexobj(found.value) and np.isfinite(found.value)
+    return Slope(np.where(finite, found.value, math.nan).real, found.slope)

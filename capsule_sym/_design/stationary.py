@@ -121,7 +121,7 @@ def _solved(model: Piece, place: Place, active: Mask) -> LocalOptimum:
         if found.residual < _ENOUGH:
             break
         second, none = _second(model, found, free), np.zeros((len(rows), len(rows)))
-        left = np.append(_left(model, place, multipliers)[free], place.slacks[active])
+        left = np.append(_lagrangian_by(model, place, multipliers)[free], place.slacks[active])
         matrix, u = np.block([[second, -rows.T], [rows, none]]), place.u.copy()
         u[free] -= np.linalg.lstsq(matrix, left, rcond=None)[0][: len(slopes)]
         place = _at(model, u)
@@ -131,13 +131,13 @@ def _solved(model: Piece, place: Place, active: Mask) -> LocalOptimum:
 
 def _second(model: Piece, found: LocalOptimum, free: Mask) -> Matrix:
     """Second derivatives of the Lagrangian by the free variables, by differences."""
-    here, rows = _left(model, found.place, found.multipliers), []
+    here, rows = _lagrangian_by(model, found.place, found.multipliers), []
     for along in _DIFFERENCE * np.eye(len(free))[free]:
         try:
             beside, step = _at(model, found.place.u + along), _DIFFERENCE
         except np.linalg.LinAlgError:  # beyond a fold
             beside, step = _at(model, found.place.u - along), -_DIFFERENCE
-        rows.append((_left(model, beside, found.multipliers) - here)[free] / step)
+        rows.append((_lagrangian_by(model, beside, found.multipliers) - here)[free] / step)
     second = np.array(rows).reshape(free.sum(), free.sum())
     return np.asarray((second + second.T) / 2)
 
@@ -157,7 +157,7 @@ def _sides(u: Vector) -> Vector:
     return np.asarray(1.0 * (u > 1 - CLOSE) - (u < CLOSE), np.float64)
 
 
-def _left(model: Program | Piece, place: Place, multipliers: Vector) -> Vector:
+def _lagrangian_by(model: Program | Piece, place: Place, multipliers: Vector) -> Vector:
     """Derivatives of the Lagrangian by the variables, which bounds alone may hold."""
     held = multipliers @ model.by_u(place.slacks_by)
     return np.asarray(model.by_u(place.objective_by) - held)
@@ -165,7 +165,7 @@ def _left(model: Program | Piece, place: Place, multipliers: Vector) -> Vector:
 
 def _with(model: Program | Piece, place: Place, multipliers: Vector, sides: Vector) -> LocalOptimum:
     """Place with the multipliers of its slacks."""
-    left = _left(model, place, multipliers)
+    left = _lagrangian_by(model, place, multipliers)
     bounds, slacks = -sides * left, np.where(multipliers > 0, abs(place.slacks), -place.slacks)
     residual = np.concatenate([abs(left[sides == 0]), slacks]).max(initial=0.0)
     least = min(multipliers.min(initial=0.0), bounds.min())
