@@ -146,8 +146,8 @@ def basin(
     axes = tuple(capsule_sym.inputs.Axis.linear(name, *window) for name, window in windows.items())
     if not axes:
         raise click.UsageError("give a range of starts, such as --x-r -1:1:40")
-    parameters, _ = system.load()
-    chosen = capsule_sym.inputs.Sweep(axes, parameters, state, periods=periods)
+    parameters, device = system.load()
+    chosen = capsule_sym.inputs.Sweep(axes, parameters, state, periods=periods, device=device)
     with bars.reporting("Running cells") as progress:
         summary, _ = capsule_sym.run_basin(chosen, store, command=_line(), progress=progress, **how)
     _print_store(Path(store), as_json, _ended(summary, periods))

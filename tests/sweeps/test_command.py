@@ -139,6 +139,17 @@ DEVICE = "".join(f"{name} = {value}\n" for name, value in VALUES.items())
 FORCE = 0.2 * 2.15 * 9.81  # the friction that carries the device, in N
 
 
+def test_a_basin_of_a_device_converts_to_its_units(tmp_path: Path, capsys) -> None:
+    (tmp_path / "device.toml").write_text(DEVICE)
+    store, ranges = str(tmp_path / "basin"), ["--x-r", "-1:1:2", "--v-r", "-1:1:2"]
+    said(capsys, ["basin", "--params", str(tmp_path / "device.toml"), *ranges, "--out", store])
+    with open_results(store) as results:
+        length = FORCE / VALUES["k1"]
+        for name in ("x_r", "progression"):
+            about = results[name].attrs
+            assert (about["si_units"], about["si_scale"]) == ("m", pytest.approx(length))
+
+
 def test_ranges_are_axes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, one, other = (tmp_path / name for name in ("device.toml", "one", "other"))
     path.write_text(DEVICE)
