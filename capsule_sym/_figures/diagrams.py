@@ -261,4 +261,5 @@ def _between(one: Record, before: Record, after: Record) -> bool:
 def title_of(one: Record) -> str:
     line = one["line"] or ""
     where = f" {mathematical(line) if line[1:2].isdigit() else line}" if line else ""
-    return f"{one['label']}  {one['type']}{where}, {one['value']:.6f}"
+    unit = named(one["parameter"]).partition(" (")[2].rstrip(")")
+    return f"{one['label']}  {one['type']}{where}, {one['value']:.6f} {unit}".rstrip()

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from capsule_sym import InvalidInput, Parameters, continue_orbit, figures, orbits, solve_orbit
 from capsule_sym._cli import main
-from capsule_sym._figures.diagrams import in_order
+from capsule_sym._figures.diagrams import in_order, title_of
 from capsule_sym._orbits.continuation.records import branch_record
 from capsule_sym._records import dumps
 from tests.orbits.branches import settled
@@ -60,6 +60,12 @@ def test_a_diagram_shows_the_progression_of_an_excitation_period(record) -> None
         near = [y for x, y in drawn if x == point["value"]]
         assert near == pytest.approx([point["average_velocity"] * period], abs=1e-15)
     assert axes.get_ylabel() == "progression per period"
+
+
+@pytest.mark.parametrize(("name", "unit"), [("omega", ""), ("Omega", " rad/s"), ("P_d", " N")])
+def test_values_in_the_key_have_the_unit_of_the_parameter(name, unit) -> None:
+    one = {"label": "PD1", "type": "period doubling", "line": "", "value": 8.5, "parameter": name}
+    assert title_of(one) == f"PD1  period doubling, 8.500000{unit}"
 
 
 def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
