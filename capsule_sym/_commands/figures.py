@@ -83,13 +83,14 @@ def figure(
     """
     picture.check()
     subjects, curves = tuple(map(_file_of, subjects)), tuple(map(_file_of, curves))
-    if os.path.isdir(first := subjects[0]):
+    if folders := [one for one in subjects if os.path.isdir(one)]:
         if len(subjects) > 1:
-            raise click.UsageError(f"{first} is drawn alone: leave {subjects[1]} out")
-        drawn = _of_sweep(first, quantity, curves, picture.width)
+            other = next(one for one in subjects if one != folders[0])
+            raise click.UsageError(f"{folders[0]} is drawn alone: leave {other} out")
+        drawn = _of_sweep(folders[0], quantity, curves, picture.width)
     else:
         if curves:
-            raise click.UsageError(f"--curve is for sweeps, which {first} is not")
+            raise click.UsageError(f"--curve is for sweeps, which {subjects[0]} is not")
         drawn = _of_files(subjects, quantity, picture.width)
     capsule_sym.figures.save_figure(drawn, picture.out, dpi=picture.dpi)
     present.report_written(picture.out, as_json=as_json)
@@ -120,12 +121,16 @@ def _of_files(paths: Sequence[Path], quantity: str | None, width: float) -> Figu
 def _of_sweep(store: Path, metric: str | None, curves: Sequence[Path], width: float) -> Figure:
     """The figure of the results of a sweep or a basin."""
     options.require("xarray", "zarr")
+    if not (store / "sweep.json").is_file():
+        allowed = "a directory that `branch`, `curve`, `sweep` or `basin` wrote"
+        raise InvalidInput("RESULT", str(store), allowed)
     lines = [one for path in curves for one in _curves(path)]
     from capsule_sym._sweeps.results import undamaged
 
     with capsule_sym.results.open_results(store) as results:
         with undamaged(store):
             results.load()
+        results = results.squeeze()  # an axis of one value is none
         chart = results["outcome"].ndim > 1 and {"attractor", "itinerary"} & {*results}
         if metric is None and chart:
             more: dict[str, Any] = {} if "attractor" in results else {"curves": lines}
@@ -133,6 +138,8 @@ def _of_sweep(store: Path, metric: str | None, curves: Sequence[Path], width: fl
         try:
             return capsule_sym.figures.plot_metric(results, metric or "", lines, width=width)
         except InvalidInput as error:
+            if metric is None and error.field == "metric":
+                raise click.UsageError(f"give --of, {error.allowed}") from error
             error.field = error.field.replace("metric", "--of")
             raise
 

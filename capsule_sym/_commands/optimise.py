@@ -79,6 +79,8 @@ def optimise(
     metric = maximise if maximise is not None else minimise
     if metric is None:
         raise click.UsageError("give --maximise or --minimise METRIC")
+    if not over:
+        raise click.UsageError("give --over NAME=LOW:HIGH for one parameter or more")
     parameters, device = system.load()
     which = device or parameters
     how |= {"maximise": maximise is not None, "start": state, "subject_to": subject_to}

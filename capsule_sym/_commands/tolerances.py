@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+import click
+
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import between, command, option
@@ -53,6 +55,8 @@ def tolerances(
     parameters, device = system.load()
     which = device or parameters
     over: dict[str, Any] = dict(shares)
+    if not over and not normal:
+        raise click.UsageError("give --tolerance or --normal for one parameter or more")
     for name, share in normal.items():
         if name in over:
             raise InvalidInput("--normal", name, "a parameter without --tolerance")

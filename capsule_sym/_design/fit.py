@@ -191,7 +191,7 @@ def _status(
     status, message = Status.NOT_CONVERGED, found.message
     if found.success:
         status, message = Status.CONVERGED, "the least squares converged"
-    advice = "try starts=64, other guesses, and check units"
+    advice = "try the state and phase of the start, more starts, other guesses, and check units"
     for names, cause, text in (
         (poor, Status.UNEXPLAINED, f"the noise is {', '.join(poor)}: {advice}"),
         (apart, Status.NOT_IDENTIFIABLE, f"the data do not determine {', '.join(apart)}"),

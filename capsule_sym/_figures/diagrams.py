@@ -116,6 +116,8 @@ def plot_diagram(
     parameters = sorted({one["parameter"] for one in records})
     if len(parameters) != 1:
         raise InvalidInput("parameter", parameters, "the same of all branches")
+    # A branch that was stopped at its start has no points.
+    records = [{**one, "switched": [b for b in one["switched"] if b["points"]]} for one in records]
     branches = [branch for one in records for branch in (one, *one["switched"])]
     alone = axes is None
     figure, axes = axes_for(axes, width, 3.3)

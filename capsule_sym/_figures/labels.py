@@ -64,7 +64,10 @@ def name_points(axes: Axes, points: Sequence[tuple[Any, str, str]]) -> None:
         textcolor=colours,
         **_LOOKS,
     )
+    circles = axes.transData.transform(np.column_stack([x, y]))
     for leader in filter(None, leaders):
         near, point = axes.transData.transform(leader.get_xydata())
-        if np.hypot(*(point - near)) < _LED * pixel:
+        own, away = np.hypot(*(point - near)), np.hypot(*(circles - near).T)
+        # Without a line a name is read as that of the nearest point.
+        if own < _LED * pixel and np.sum(away < 1.5 * own) < 2:
             leader.remove()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from capsule_sym._errors import counted
 from capsule_sym._texts import tables
 
 _ROWS = 20  # of a table: of a longer one every k-th is shown
@@ -33,9 +34,8 @@ _COLUMNS: dict[str, Sequence[str]] = {
         "normal_form.scenario",
     ),
     "attractors": (
-        *("number", "values", "fraction", "fractions", "interval", "period_number", "progression"),
+        *("number", "attractor", "fraction", "interval", "period_number", "progression"),
         *("si.progression [m]", "multipliers.0", "birth", "death", "itinerary"),
-        "itineraries.0",
     ),
     "codimension_two": ("types", "lines", "uncertainties"),
     "differences": ("missed", "invented", "cause", "gap"),
@@ -60,7 +60,8 @@ def show(record: Mapping[str, Any]) -> None:
                 apart = True
         elif rows and isinstance(rows[0], Mapping):
             console.print(f"\n{_name(name)}" if apart else _name(name))
-            _table(name, rows, named if isinstance(named, list) else [])
+            along = [record["parameter"]] if "birth" in rows[0] else []
+            _table(name, rows, named if isinstance(named, list) else along)
             apart = True
     if "message" in record:
         said = f"{record.get('status', 'result')}: {record['message']}"
@@ -92,7 +93,9 @@ def _table(name: str, rows: Sequence[Mapping[str, Any]], first: Sequence[str]) -
     """Print rows as a table, with these columns first; those without an entry are left out."""
     simple = [key for key, one in rows[0].items() if not isinstance(one, Mapping | list)]
     digits = 12 if name in ("bifurcations", "codimension_two") else 6
-    some = rows[:: max(1, -(-len(rows) // _ROWS))]
+    some = [*rows[: -1 : max(1, -(-len(rows) // _ROWS))], rows[-1]]
+    if "birth" in rows[0]:
+        some = [{key: _ends(value) for key, value in row.items()} for row in some]
     cells = {
         column: [text_of(_at(row, column), column, _DIGITS.get(column, digits)) for row in some]
         for column in [*first, *_COLUMNS.get(name, simple)]
@@ -100,6 +103,24 @@ def _table(name: str, rows: Sequence[Mapping[str, Any]], first: Sequence[str]) -
     shown = {column: texts for column, texts in cells.items() if any(texts)}
     heads = [_name(next(p for p in one.split(".")[::-1] if not p.isdigit())) for one in shown]
     tables.table(heads, zip(*shown.values(), strict=True), gap=2)
+    if len(some) < len(rows):
+        tables.make_console().print(f"{len(some)} of {len(rows):,} rows")
+
+
+def _ends(value: Any) -> Any:
+    """Least and greatest of the numbers along a parameter, and the first of the itineraries."""
+    if isinstance(value, Mapping):
+        return {key: _ends(one) for key, one in value.items()}
+    if not isinstance(value, list) or not value:
+        return value
+    if isinstance(value[0], str):
+        others = len({*value}) - 1
+        return f"{value[0]} and {counted(others, 'other')}" if others else value[0]
+    return (
+        value[0]
+        if len({*value}) == 1
+        else " to ".join(text_of(end, "", 4) for end in (min(value), max(value)))
+    )
 
 
 def _at(row: Any, path: str) -> Any:
@@ -150,6 +171,10 @@ def _list(values: Sequence[Any], name: str, digits: int) -> str:
         values = [min(numbers), max(numbers)]
         pair = True
     texts = [text_of(one, name, digits) for one in values]
+    if len(texts) > _ENTRIES and isinstance(values[0], Mapping):
+        texts[_ENTRIES:] = [f"and {len(texts) - _ENTRIES:,} more"]
+    if texts and isinstance(values[0], Mapping):
+        return "; ".join(texts)
     if pair and len({*texts}) == 1:
         return texts[0]
     return (" to " if pair else " ").join(texts)

@@ -42,7 +42,10 @@ def test_along_a_parameter_it_writes_table_record_and_picture(call, tmp_path) ->
     box = ("--x-r", "-2:2", "--v-r", "-2:2", "--starts", "30", "--out", str(tmp_path / "out"))
     status, out, err = call(*SYSTEM, *box, "--alpha", "2.1:2.2:3")
     assert status == 0
-    assert "2.14808 period" in out
+    head = next(line for line in out.splitlines() if line.startswith("alpha "))
+    assert head.split()[:2] == ["alpha", "attractor"]
+    assert "2.14808" in out
+    assert "2.1 to 2.2" in out
     assert err[0].startswith("wrote ")
     with (tmp_path / "out" / "attractors.csv").open() as table:
         rows = list(csv.DictReader(table))

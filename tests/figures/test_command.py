@@ -46,6 +46,8 @@ def call(*arguments: str, cwd: Path, code: str = "") -> subprocess.CompletedProc
         ("b.json --out x.jpg", "out = 'x.jpg': must be a file name that ends in .png, .svg, .pdf"),
         ("b.json", "--out"),
         ("folder b.json --out x.png", "folder is drawn alone: leave b.json out"),
+        ("b.json folder --out x.png", "folder is drawn alone: leave b.json out"),
+        ("folder --out x.png", "'folder': must be a directory that `branch`, `curve`, `sweep` or"),
         ("b.json --of loud --out x.png", "loud"),
         ("b.json --curve b.json --out x.png", "--curve is for sweeps, which b.json is not"),
         ("b.json --out x.png", "RESULT = 'b.json'"),

@@ -68,6 +68,15 @@ def test_values_in_the_key_have_the_unit_of_the_parameter(name, unit) -> None:
     assert title_of(one) == f"PD1  period doubling, 8.500000{unit}"
 
 
+def test_a_branch_that_was_stopped_at_its_start_is_left_out(record) -> None:
+    stopped = {**record["switched"][0], "points": [], "bifurcations": []}
+    whole, cut = (
+        figures.plot_diagram({**record, "switched": [*record["switched"], *more]})
+        for more in ((), (stopped,))
+    )
+    assert len(cut.axes[0].lines) == len(whole.axes[0].lines)
+
+
 def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
     file, out = tmp_path / "branch.json", tmp_path / "branch.svg"
     file.write_text(dumps(record))

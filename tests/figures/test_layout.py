@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 import capsule_sym as cs
 from capsule_sym._figures.curves import plot_curves
+from capsule_sym._figures.labels import name_points
 from capsule_sym._figures.style import CURVES
 from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
@@ -187,3 +188,27 @@ def test_fractions_of_attractors_are_stacked_and_named() -> None:
         assert text.startswith(f"{branch.number}  {branch.shown[branch.fractions.argmax()][0]}")
         assert text.endswith(f"{high:.3g} %)")
         assert f"({low:.3g}" in text
+
+
+def test_a_name_that_is_nearer_to_another_circle_has_a_line() -> None:
+    figure = Figure(figsize=(4, 3), layout="constrained")
+    axes = figure.subplots()
+    axes.set(xlim=(0, 1), ylim=(0, 1))
+    x = 0.5 + 0.017 * np.arange(6)
+    places = {f"PD{k}": (at, 0.5 + 0.02 * (-1) ** k) for k, at in enumerate(x)}
+    axes.plot(*np.transpose([*places.values()]), "o", fillstyle="none")
+    before = {*axes.lines}
+    name_points(axes, [(place, text, "C0") for text, place in places.items()])
+    circles = {text: axes.transData.transform(place) for text, place in places.items()}
+    led = [axes.transData.transform(line.get_xydata()) for line in {*axes.lines} - before]
+    alone = 0
+    for text in axes.texts:
+        box = text.get_window_extent()
+        near = {
+            name: np.hypot(*(np.clip(at, box.min, box.max) - at)) for name, at in circles.items()
+        }
+        own = text.get_text()
+        if not any(abs(ends - circles[own]).max(axis=1).min() < 1e-6 for ends in led):
+            alone += 1
+            assert min(near, key=lambda name: near[name]) == own
+    assert alone < len(places)

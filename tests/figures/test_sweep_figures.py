@@ -296,8 +296,8 @@ def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
     [
         (["nowhere"], "nowhere"),
         (["STORE", "--curve", "none.json"], "'--curve': Path 'none.json' does not exist"),
-        (["LINE"], "--of = '': must be a metric that the sweep has: none; compute progression"),
-        (["PACE"], "--of = '': must be a metric that the sweep has: velocity, speed, progression"),
+        (["LINE"], "give --of, a metric that the sweep has: none; compute progression"),
+        (["PACE"], "give --of, a metric that the sweep has: velocity, speed, progression"),
     ],
 )
 def test_bad_input_is_one_line(stores: Path, tmp_path: Path, arguments, part) -> None:
