@@ -84,7 +84,7 @@ class Optimum(Result):
     """Itineraries beside the optimum, its own first, "" where the motion is lost; None if it is on
     no border."""
     bifurcation: str = ""
-    """What bounds the best: a basin boundary, a kink, or a bifurcation; else empty."""
+    """Bound of the best: a basin boundary, a kink, or a bifurcation; else empty."""
     limit: float = math.nan
     """Limit of the metric there; at a loss of stability the optimum keeps a margin from it."""
     statistics: dict[str, int] = field(default_factory=dict)

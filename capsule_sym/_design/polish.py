@@ -38,7 +38,7 @@ _JUMP = 100  # times the change that the gradient explains: more is another moti
 def polish(program: Program, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
     """Best place next to a given one, with a margin if stability bounds it; None if none is.
 
-    The search goes on in a better piece, at most so many times.
+    The search continues in a better piece, at most so many times.
     """
     found = _over_pieces(program, place, pieces)
     if found is None or program.margin is not None:

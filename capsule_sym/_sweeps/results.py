@@ -54,7 +54,7 @@ class Held:
         with undamaged(self.path):
             self.head: dict[str, Any] = read_json(self.path / SWEEP, "a record", "store")
             if self.head["format"] != FORMAT:
-                allowed = f"of format {FORMAT}: this one is of another version, so compute it anew"
+                allowed = f"of format {FORMAT}: this one is of another version, so compute it again"
                 raise InvalidInput("store", str(path), allowed)
             if self.head["kind"] not in ("sweep", "basin"):
                 raise ValueError(self.head["kind"])

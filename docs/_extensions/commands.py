@@ -52,7 +52,12 @@ def _bars(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
     """Bars around a name, an absolute value, open no substitution; defaults end the text."""
     lines[:] = [re.sub(r"\|(\w+)\|", r"\|\1\|", line) for line in lines]
     lines[:] = [_code(line) if re.match(r" +\w", line) else line for line in lines]
-    text = re.sub(r"\n\s+:default: ``(.*)``", r"  [default: \1]", "\n".join(lines))
+    given = r"\n\s+:default: ``'?(.*?)'?``(\n\s+:options:)?"
+    text = re.sub(
+        given,
+        lambda one: f"  [default: {one[1]}]" + f"\n{one[2]}" * bool(one[2]),
+        "\n".join(lines),
+    )
     lines[:] = text.split("\n")
 
 

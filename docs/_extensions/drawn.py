@@ -104,7 +104,8 @@ class Drawn(SphinxDirective):
         for width in widths[-1:] if alone else widths:
             uri = f"/{os.path.relpath(folder, self.env.srcdir)}/{name}.{width}.svg"
             classes = ["alone" if alone else width if len(widths) == 2 else "only"]
-            if "<image" in (folder / f"{name}.{width}.svg").read_text(encoding="utf-8"):
+            svg = (folder / f"{name}.{width}.svg").read_text(encoding="utf-8")
+            if "<image" in svg or svg.count("FillBetweenPolyCollection_") > 1:
                 classes.append("coloured")  # areas, whose colours dark pages do not exchange
             shown.append(nodes.image(uri=uri, alt=self.options["alt"], classes=classes))
         code = nodes.literal_block(text, text, language="sh" if shell else "python")

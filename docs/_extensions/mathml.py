@@ -1,6 +1,7 @@
 """Formulas as MathML, typeset by the browser: a page needs no script and no network for them."""
 
 import re
+from itertools import cycle
 
 from docutils.nodes import Element, SkipNode
 from docutils.utils.math import MathError
@@ -14,6 +15,8 @@ LOGGER = getLogger(__name__)
 _SPELLED = {r"\iff": r"\Longleftrightarrow"}
 """LaTeX commands that docutils does not have."""
 
+_BAR = '<mo form="{}" stretchy="false">|</mo>'
+
 _LONG = 40
 """Length, in characters of LaTeX, above which a formula within a line may be wider than a phone."""
 
@@ -24,8 +27,14 @@ def _mathml(node: Element, as_block: bool) -> str:
         formula = formula.replace(name, known)
     # Primes above, not apostrophes.
     formula = re.sub(r"'+(?!['^])", lambda one: "^{" + r"\prime " * len(one[0]) + "}", formula)
+    # Browsers put no space around functions: one before them, and one after without parenthesis.
+    formula = re.sub(r"(?<=[\w)}])\s*(?=\\(?:cos|sin|tan)\b)", r" \\,", formula)
+    formula = re.sub(r"(\\(?:cos|sin|tan)(?:\^\w)?)(?=\s*[\\a-zA-Z])(?!\w)", r"\1\\,", formula)
     try:
-        return tex2mathml(formula, as_block=as_block)
+        shown = tex2mathml(formula, as_block=as_block)
+        # A bar does not tell on which side of a value it is.
+        sides = cycle(("prefix", "postfix"))
+        return re.sub("<mo[^>]*>\\|</mo>", lambda _: _BAR.format(next(sides)), shown)
     except MathError as error:
         LOGGER.warning("formula not understood: %s", error, location=node)
         return ""

@@ -10,6 +10,7 @@ from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.environment import BuildEnvironment
+from sphinx.util.nodes import make_refnode
 
 import capsule_sym
 
@@ -25,6 +26,9 @@ PAGES = {
     "concurrent.futures": "https://docs.python.org/3/library/concurrent.futures.html#{}",
 }
 """Address of a name by its package or module; the most special one counts."""
+
+OWN = ("capsule_sym", *(f"capsule_sym.{one}" for one in ("figures", "inputs", "orbits", "results")))
+"""Modules of the package whose names are unique."""
 
 SCALARS = "https://numpy.org/doc/stable/reference/arrays.scalars.html#{}"
 
@@ -62,9 +66,14 @@ def _aliases(_app: Sphinx, config: Config) -> None:
 
 
 def _linked(
-    _app: Sphinx, _env: BuildEnvironment, node: pending_xref, shown: nodes.Element
+    app: Sphinx, env: BuildEnvironment, node: pending_xref, shown: nodes.Element
 ) -> nodes.Element | None:
-    """A link for a name that these pages do not have."""
+    """A link for a name of another module of the package, or of another package."""
+    objects = env.get_domain("py").objects  # type: ignore[attr-defined]
+    for module in OWN:
+        if (one := objects.get(name := f"{module}.{node['reftarget']}")) is not None:
+            page = node["refdoc"]
+            return make_refnode(app.builder, page, one.docname, one.node_id, shown, name)
     found = address(node["reftarget"])
     return nodes.reference("", "", shown, refuri=found, internal=False) if found else None
 

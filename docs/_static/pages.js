@@ -17,12 +17,14 @@ addEventListener("DOMContentLoaded", () => {
   for (const word of document.querySelectorAll("code > .pre"))
     if (word.textContent.length < 30) word.classList.add("whole");
   for (const word of document.querySelectorAll("td code > .pre"))
-    word.innerHTML = word.innerHTML.replace(/(?<=\w\w)[._](?=\w{4})|\/(?=\w)/g, "$&<wbr>");
+    word.innerHTML = word.innerHTML.replace(/(?<=\w\w)[._](?=\w{4})|\/(?=\w)/g, "$&<wbr>").replace(/--[\w-]+/g, '<span class="option">$&</span>');
+  for (const one of document.querySelectorAll("dt.sig"))
+    one.querySelector(".sig-paren")?.after(document.createElement("wbr"));
   // Nor is the name of a mode in a table, such as NC-FD.
   for (const cell of document.querySelectorAll("td > p, td"))
     for (const text of cell.childNodes)
       if (text.nodeType === Node.TEXT_NODE)
-        text.data = text.data.replace(/\b(N?C)-(?=(FD|BD|S)\b)/g, "$1\u2011");
+        text.data = text.data.replace(/\b(N?C|FD|BD|S)-(?=(FD|BD|S|H|L)\b)/g, "$1\u2011");
   // A drawing that is small on a phone opens by itself, to be enlarged.
   for (const image of document.querySelectorAll("article img")) {
     if (image.closest("a") || !image.offsetParent) continue; // of two forms of a picture one is shown

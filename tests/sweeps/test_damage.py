@@ -115,7 +115,7 @@ def test_a_store_of_another_version_says_so(stores, tmp_path) -> None:
     head = json.loads((path / "sweep.json").read_text())
     (path / "sweep.json").write_text(json.dumps(head | {"format": FORMAT - 1}))
     for read in (open_results, lambda one: run_small(one, resume=True)):
-        with pytest.raises(InvalidInput, match="another version, so compute it anew"):
+        with pytest.raises(InvalidInput, match="another version, so compute it again"):
             read(path)
 
 

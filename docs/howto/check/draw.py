@@ -23,9 +23,9 @@ def draw(width: float = 3.6) -> Figure:
         wrong = [int(np.isnan(one.errors).sum()) for one in found]
         left.semilogx(tolerances, wrong, "o-", label=label)
     late = [np.nanmax(abs(one.errors)) for one in found]
-    right.loglog(tolerances, late, "o-", label="switching time")
+    right.loglog(tolerances, late, "o-", color="C2", label="switching time")
     own = [one.segment_error for one in found]
-    right.loglog(tolerances, own, "s-", label="state, a segment")
+    right.loglog(tolerances, own, "s-", color="C3", label="state, a segment")
     left.set(title="missed and invented", xlabel="tolerance", ylim=(-0.2, 3.4))
     right.set(title="largest error, at most T/50", xlabel="tolerance")
     for axes in (left, right):
