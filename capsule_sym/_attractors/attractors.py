@@ -40,8 +40,9 @@ def attractors(
     neighbourhood of an orbit that the map carries into itself, or if it repeats itself. Unknown
     orbits are solved by Newton's method from the ends of runs that nearly repeat.
 
-    A start that does not settle within `periods` has the number -1. Its motion is chaotic, an orbit
-    of more than 16 periods, or a slow approach, or its run cannot be decided. After `max_seconds`
+    A start that settles on no attractor has the number -1. Its motion is chaotic, an orbit of more
+    than 16 periods, a slow approach, or one that repeats but does not attract, or its run cannot be
+    decided. After `max_seconds`
     the result has the attractors found so far.
 
     Parameters

@@ -43,7 +43,7 @@ class Shock(Result):
     weights: tuple[float, ...]
     """Weights of the knock's components in its size, shape (3,)."""
     size: float
-    """Root of the sum of squares of the knock's components, each times its weight."""
+    """Root of the sum of (weight * component)^2 over the knock's components."""
     knock: Vector | None
     """Change of (x_r, v_r, v_c), shape (3,)."""
     phase: float | None
@@ -120,8 +120,8 @@ def minimal_shock(
 
     The shock leads to the nearest point of the boundary, within 1e-4 of its size. It is not proved
     that no other part of the boundary is nearer. A run counts as one that returns if the
-    core cannot decide more than 100 of its segments, or if these take more than a tenth of the time
-    left. After `max_seconds` the result is the best so far.
+    core cannot decide more than 100 of its segments, or if it is not over within a tenth of the
+    time left. After `max_seconds` the result is the best so far.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def minimal_shock(
         The motion: a stable periodic orbit.
     weights : sequence of float, shape (3,), default (1, 1, 1), each above 0
         Weights of the components of a shock, numbers without unit. The size of a shock is the root
-        of the sum of squares of its components times their weights. A component of infinite weight
+        of the sum of (weight * component)^2. A component of infinite weight
         is 0; not all weights are infinite.
     largest : float, optional, finite and above 0
         Largest size that is tried, dimensionless. The default is 4 times 1 + the largest size of
@@ -150,9 +150,10 @@ def minimal_shock(
     -------
     Shock
         `knock` is the change of the state, `size` its size, `phase` its time, `start` the state
-        before it, `attractor` the motion beyond, None if it is not periodic. Without a shock they
-        are None, and `size` is the largest tried. `status` is "found", "not-lost" if no shock up to
-        `largest` loses the motion, or "time-limit". All quantities are dimensionless.
+        before it, `attractor` the motion beyond, None if it is not periodic or the time is up.
+        Without a shock they are None, and `size` is the largest tried. `status` is "found",
+        "not-lost" if no shock up to `largest` loses the motion, or "time-limit". All quantities are
+        dimensionless.
 
     Raises
     ------

@@ -93,7 +93,8 @@ def fit(
     Fit
         Fitted `values` by name, `standard_errors`, `noise`, `status` and `message`. In SI units if
         `system` is a device, else dimensionless. `success` is True for the status "converged".
-        After `max_seconds` it has the best values so far, and the status "time-limit".
+        After `max_seconds` it has the best values of the guesses that are finished, else those of
+        the first, and the status "time-limit".
 
     Raises
     ------

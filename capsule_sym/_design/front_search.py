@@ -208,7 +208,8 @@ class FrontPart(NamedTuple):
 class Front(Result, Labelled):
     """Points of a Pareto front, by increasing second metric: `points` (n,), each an `Optimum`.
 
-    The point of least cost is the optimum of the second metric, the others are optima of the first.
+    The point of least cost is the optimum of the second metric; the others, or a single better one,
+    are optima of the first.
     In SI units if the system is a device, else dimensionless.
     """
 

@@ -26,8 +26,8 @@ class Constraint:
 
     `multiplier` is the gain of the metric per unit by which the limit is relaxed; 0 if the
     constraint is not active. `text` is the limit with the metric or variable that it bounds.
-    `slack` is the distance from it, 0 or more where it holds, in the unit of the metric: SI for a
-    device, else dimensionless.
+    `slack` is the distance from it, 0 or more where it holds, in the unit of what it bounds: SI for
+    a device, else dimensionless.
     """
 
     text: str
@@ -65,11 +65,11 @@ class Optimum(Result):
     of the Lagrangian by the variables are multiplied by their ranges, over the metric's variation
     within the bounds."""
     constraints: tuple[Constraint, ...] = ()
-    """Constraints, that of the stability last.
+    """Constraints, that of the stability, if there is one, last.
 
     Each has its `text`, `slack`, `multiplier`, and whether it is `active`. The slack is the
-    distance from the limit, 0 or more where it holds, in the unit of the metric; the multiplier is
-    the gain of the metric per unit by which the limit is relaxed."""
+    distance from the limit, 0 or more where it holds, in the unit of what it bounds; the multiplier
+    is the gain of the metric per unit by which the limit is relaxed."""
     bounds: dict[str, float] = field(default_factory=dict)
     """Variables at a bound, with the gain of the metric per unit by which the bound is relaxed."""
     slopes: dict[str, float] = field(default_factory=dict)

@@ -18,7 +18,7 @@ _REST_ENDS = {(0, 1): "L1", (0, -1): "L2", (1, 1): "L3", (1, -1): "L4"}
 
 
 def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
-    """Parts of L1-L8 in a rectangle of the plane P1 = 0, as their two ends (2, 2).
+    """Parts of L1-L8 and L10 in a rectangle of the plane P1 = 0, as their two ends (2, 2).
 
     A line that does not meet the rectangle is absent.
     """

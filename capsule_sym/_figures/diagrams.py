@@ -58,8 +58,8 @@ def plot_diagram(
 ) -> Figure:
     """Branches and those that leave them: stroboscopic states, or a metric of the orbits.
 
-    A colour is a branch; stable orbits are solid, unstable ones dashed. Every bifurcation has its
-    label, and the key its type and value.
+    A colour is a branch; stable orbits are solid, unstable ones dashed. Bifurcations have their
+    labels, close ones one for all; the key has their types and values.
 
     Parameters
     ----------

@@ -110,7 +110,7 @@ class Bifurcation(BifurcationPoint):
     is no point of the branch. `value` may lie outside the interval if the parameter turns back
     between, as at a fold.
 
-    If `symmetry` is "kept", the orbits are their own mirror images, and the event also happens to
+    If `symmetry` is "kept", the orbit is its own mirror image, and the event also happens to
     the segment's image half a period later. If it is "broken", the orbits on one side are their own
     images, and those on the other touch the spring.
     The multipliers before and after are those of orbits on the branch next to it. `itinerary_after`

@@ -53,9 +53,10 @@ def around(itinerary: Itinerary, segment: int) -> tuple[int, int, int]:
 def insert_segment(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, failed: Inequality
 ) -> tuple[Exchange, int]:
-    """Itinerary with a segment inserted where an inequality is 0, and the index of that segment.
+    """Itinerary with one or two segments of duration 0 where an inequality is 0, and their index.
 
-    `z` may be an estimate; `system` is near it. Raises InvalidInput if the fields are no itinerary.
+    It is an `Exchange`, and the index that of the first. `z` may be an estimate; `system` is near
+    it. Raises InvalidInput if the fields are no itinerary.
     """
     fields, i, zero = itinerary.fields, failed.segment, numbers.number(0)
     f, following = fields[i], itinerary.neighbour(i + 1)

@@ -53,9 +53,9 @@ def solve_orbit(
     for. It is accepted if it is stable and admissible, and if the motion approaches it. The motion
     need not have settled to the last digit.
 
-    If there is no orbit, the message names the itineraries at the end of the run and the reason
-    against each. The status is then "not-periodic", or that of the refused orbit if the run
-    repeats. A device that drive and load drag without end has no orbit.
+    If there is no orbit, the message gives the reason, also against each of at most three
+    itineraries that were tried. The status is then "not-periodic", or that of the refused orbit if
+    the run repeats. A device that drive and load drag without end has no orbit.
 
     Parameters
     ----------
