@@ -185,10 +185,11 @@ def plot_motion(
     axes: Sequence[Axes] | None = None,
     device: SceneDevice | None = None,
 ) -> Figure:
-    """Displacements and phase portrait of a motion, side by side.
+    """Displacements and phase portrait of a motion, side by side or one above the other.
 
-    The left panel has a run's last periods, or an orbit. The portrait is that of the steady motion
-    at the run's end; without one the legend states it.
+    Below a width of 4.8 in they are one above the other. The first panel has a run's last periods,
+    or an orbit. The portrait is that of the steady motion at the run's end; without one the legend
+    states it.
 
     Parameters
     ----------

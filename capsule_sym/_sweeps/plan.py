@@ -20,7 +20,8 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
 
     An axis is a list of values. Or it is a table with `from`, `to`, `count` and optionally
     `spacing`, "linear" or "log". Or it is a design, a table with `sobol` (ranges by name), `count`
-    and `seed`. A `count` is 1 to 10^8, a `seed` 0 to 10^12.
+    and `seed`. A `count` is 1 to 10^8, of a design over its number of ranges; a `seed` is 0 to
+    10^12.
 
     Parameters
     ----------
