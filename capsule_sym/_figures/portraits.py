@@ -45,7 +45,8 @@ def plot_displacements(
     """Displacements of mass (dashed) and capsule (solid) against time (Fig. 7, left).
 
     Draws the last `periods` of a run or one period of an orbit. Time is in excitation periods, of a
-    device in s, ms or µs. It counts from a phase 0 of the forcing, x_c from the beginning.
+    device in seconds with a prefix. It counts from a phase 0 of the forcing, x_c from the
+    beginning.
 
     Parameters
     ----------
