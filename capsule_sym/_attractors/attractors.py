@@ -42,8 +42,7 @@ def attractors(
 
     A start that settles on no attractor has the number -1. Its motion is chaotic, an orbit of more
     than 16 periods, a slow approach, or one that repeats but does not attract, or its run cannot be
-    decided. After `max_seconds`
-    the result has the attractors found so far.
+    decided. After `max_seconds` the result has the attractors found so far.
 
     Parameters
     ----------

@@ -55,8 +55,8 @@ def switch_by_pulse(
     `values` are tried first for each number of periods, four times as many if none of them leads to
     the end. More are tried between those that lead to different attractors: much narrower intervals
     are found beside basin boundaries. The value is the middle of the widest interval. The end of
-    a run is unknown if the core cannot decide more than 100 of its segments, or if these take more
-    than a tenth of the time left.
+    a run is unknown if the core cannot decide more than 100 of its segments, or if it is not over
+    within a tenth of the time left.
 
     Parameters
     ----------

@@ -68,9 +68,9 @@ def figure(
 
     A RESULT is a directory that `branch`, `curve`, `sweep` or `basin` wrote, or a branch.json or
     curves.json; several branches can be given. Of branches, with those that leave theirs, a colour
-    is a branch; stable orbits are solid, unstable ones dashed; every bifurcation has its label, and
-    the key its type and value. Of curves a colour is a type of bifurcation; a circle is a point of
-    codimension two. Of a sweep over two parameters a colour is an itinerary, of a basin an
+    is a branch; stable orbits are solid, unstable ones dashed; bifurcations have their labels, and
+    the key their types and values. Of curves a colour is a type of bifurcation; a circle is a point
+    of codimension two. Of a sweep over two parameters a colour is an itinerary, of a basin an
     attractor. With --out other commands draw their results, if they have a figure.
 
     Parameters
@@ -121,12 +121,12 @@ def _of_files(paths: Sequence[Path], quantity: str | None, width: float) -> Figu
 def _of_sweep(store: Path, metric: str | None, curves: Sequence[Path], width: float) -> Figure:
     """The figure of the results of a sweep or a basin."""
     options.require("xarray", "zarr")
-    if not (store / "sweep.json").is_file():
+    from capsule_sym._sweeps.results import SWEEP, undamaged
+
+    if not (store / SWEEP).is_file():
         allowed = "a directory that `branch`, `curve`, `sweep` or `basin` wrote"
         raise InvalidInput("RESULT", str(store), allowed)
     lines = [one for path in curves for one in _curves(path)]
-    from capsule_sym._sweeps.results import undamaged
-
     with capsule_sym.results.open_results(store) as results:
         with undamaged(store):
             results.load()

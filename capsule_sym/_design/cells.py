@@ -115,7 +115,7 @@ def evaluate(program: Program, u: Matrix) -> Cells:
     parts = [_unknown(program, u[:0])]
     for first in range(0, len(u), _BLOCK):
         if len(u) > _BLOCK:
-            program.tell(f"survey, {first} of {counted(len(u), 'place')}")
+            program.progress(f"survey, {first} of {counted(len(u), 'place')}")
         block = _unknown if present().over else _block
         parts.append(block(program, u[first : first + _BLOCK]))
     return together(parts)

@@ -111,7 +111,7 @@ class FrontSearch:
             far = np.min(apart, axis=0)
             if far.max() < SAME:
                 break
-            self.program.tell(f"search between {len(self.points)} points of {self.count}")
+            self.program.progress(f"search between {len(self.points)} points of {self.count}")
             seen.append(front[np.argmax(far)])
             if (found := self.point(float(seen[-1][1]))) is not None:
                 seen.append(found.both)

@@ -88,10 +88,6 @@ class Program:
         """Name of the metric."""
         return named(self.function)
 
-    def tell(self, doing: str) -> None:
-        """Report progress."""
-        self.progress(doing)
-
     def values_at(self, u: Matrix) -> Matrix:
         """Variables (..., k) of scaled ones."""
         return np.where(u == 1.0, self.high, self.low + u * (self.high - self.low))

@@ -16,7 +16,15 @@ import numpy as np
 
 from capsule_sym._design.cells import BEYOND
 from capsule_sym._design.optimum import Optimum, failed_limits, optimum_of
-from capsule_sym._design.polish import BASIN, KINK, MARGIN, bifurcation_of, polish, with_limit
+from capsule_sym._design.polish import (
+    BASIN,
+    KINK,
+    MARGIN,
+    PIECES,
+    bifurcation_of,
+    polish,
+    with_limit,
+)
 from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, local_search
 from capsule_sym._design.survey import MEMBERS, Survey, evolved
@@ -88,7 +96,7 @@ class Optimisation:
         It settles on that of the first one. None if that has no finite derivatives.
         """
         self.followed += 1
-        self.program.tell(f"search {self.followed}")
+        self.program.progress(f"search {self.followed}")
         if first is None:
             return None
         passed = local_search(self.program, first)[:_TRIED]
@@ -111,13 +119,10 @@ class Optimisation:
         if unsolved and unsolved[0].objective < self.least - KEPT:
             self.optima.append(self.unsolved(self.improved(unsolved[0])))
 
-    def solved(self, place: Place, *pieces: int) -> LocalOptimum | None:
-        """Optimum next to a place, on whose motion the start state settles; None if not found.
-
-        `pieces` as for `polish`.
-        """
+    def solved(self, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
+        """Optimum next to a place, on whose motion the start state settles; None if not found."""
         check_time()
-        found = polish(self.program, place, *pieces)
+        found = polish(self.program, place, pieces)
         if found and found.kkt_satisfied and self.settles_there(found.place):
             return with_limit(found)
         return None

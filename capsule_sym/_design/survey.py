@@ -71,7 +71,7 @@ class Survey:
 
         Raises InvalidInput if the metric is nowhere finite.
         """
-        self.program.tell(f"survey, {counted(samples, 'place')}")
+        self.program.progress(f"survey, {counted(samples, 'place')}")
         with Watch(_SHARE * present().left):
             self.cells = evaluate(self.program, sobol(len(self.program.names), samples, seed))
         if count := self.cells.unknown:

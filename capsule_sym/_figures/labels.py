@@ -13,6 +13,7 @@ from capsule_sym._figures.style import figure_of
 
 _RIM = 3.5  # points from a named point to its name, so that a marker there stays free
 _LED = 8.0  # points from which on a line leads to a name
+_NEAR = 1.5  # times as far as its own point: a nearer one could be taken for that of the name
 _LOOKS: dict[str, Any] = {
     **{"margin": 0.003, "min_distance": 0.003, "max_distance": 0.6, "nbr_candidates": 1000},
     **{"textsize": "small", "zorder": 30, "linecolor": "black", "linewidth": 0.3},
@@ -69,5 +70,5 @@ def name_points(axes: Axes, points: Sequence[tuple[Any, str, str]]) -> None:
         near, point = axes.transData.transform(leader.get_xydata())
         own, away = np.hypot(*(point - near)), np.hypot(*(circles - near).T)
         # Without a line a name is read as that of the nearest point.
-        if own < _LED * pixel and np.sum(away < 1.5 * own) < 2:
+        if own < _LED * pixel and np.sum(away < _NEAR * own) < 2:
             leader.remove()

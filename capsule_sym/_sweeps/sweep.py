@@ -35,14 +35,14 @@ class Sweep:
     Runs start in `state`, (x_r, v_r, v_c), at `phase`, a time from 0 to below the excitation
     period. A motion is periodic if at the end of `periods` excitation periods, 1 or more, its
     states repeat over at most 16 of them within `tolerance`, between 0 and 1, or if it approaches a
-    stable orbit that does. `compute` has some of itinerary, progression,
-    final, multipliers, energies, forces and lyapunov.
+    stable orbit that does. `compute` has some of itinerary, progression, final, multipliers,
+    energies, forces and lyapunov.
 
     A sweep has at most 10^10 cells. Results are written in chunks of `chunk` cells along each axis,
     at most 2^20 in all; by default a chunk takes at most about two seconds, and small sweeps are
     cut finer. All quantities are dimensionless. With a `device` no `parameters` are given, and
-    axes may be `Axis.of_device`; results then have `si_scale` and
-    `si_units` to convert them to SI units. Raises InvalidInput for a value that is not allowed.
+    axes may be `Axis.of_device`; results then have `si_scale` and `si_units` to convert them to SI
+    units. Raises InvalidInput for a value that is not allowed.
     """
 
     kind: ClassVar[str] = "sweep"

@@ -60,8 +60,10 @@ def show(record: Mapping[str, Any]) -> None:
                 apart = True
         elif rows and isinstance(rows[0], Mapping):
             console.print(f"\n{_name(name)}" if apart else _name(name))
-            along = [record["parameter"]] if "birth" in rows[0] else []
-            _table(name, rows, named if isinstance(named, list) else along)
+            first = named if isinstance(named, list) else []
+            if "birth" in rows[0]:  # attractors along a parameter
+                first, rows = [record["parameter"]], [_ends(row) for row in rows]
+            _table(name, rows, first)
             apart = True
     if "message" in record:
         said = f"{record.get('status', 'result')}: {record['message']}"
@@ -94,8 +96,6 @@ def _table(name: str, rows: Sequence[Mapping[str, Any]], first: Sequence[str]) -
     simple = [key for key, one in rows[0].items() if not isinstance(one, Mapping | list)]
     digits = 12 if name in ("bifurcations", "codimension_two") else 6
     some = [*rows[: -1 : max(1, -(-len(rows) // _ROWS))], rows[-1]]
-    if "birth" in rows[0]:
-        some = [{key: _ends(value) for key, value in row.items()} for row in some]
     cells = {
         column: [text_of(_at(row, column), column, _DIGITS.get(column, digits)) for row in some]
         for column in [*first, *_COLUMNS.get(name, simple)]
@@ -116,11 +116,8 @@ def _ends(value: Any) -> Any:
     if isinstance(value[0], str):
         others = len({*value}) - 1
         return f"{value[0]} and {counted(others, 'other')}" if others else value[0]
-    return (
-        value[0]
-        if len({*value}) == 1
-        else " to ".join(text_of(end, "", 4) for end in (min(value), max(value)))
-    )
+    least, most = min(value), max(value)
+    return least if least == most else f"{text_of(least, '', 4)} to {text_of(most, '', 4)}"
 
 
 def _at(row: Any, path: str) -> Any:
@@ -171,10 +168,9 @@ def _list(values: Sequence[Any], name: str, digits: int) -> str:
         values = [min(numbers), max(numbers)]
         pair = True
     texts = [text_of(one, name, digits) for one in values]
-    if len(texts) > _ENTRIES and isinstance(values[0], Mapping):
-        texts[_ENTRIES:] = [f"and {len(texts) - _ENTRIES:,} more"]
     if texts and isinstance(values[0], Mapping):
-        return "; ".join(texts)
+        more = [f"and {len(texts) - _ENTRIES:,} more"] if len(texts) > _ENTRIES else []
+        return "; ".join(texts[:_ENTRIES] + more)
     if pair and len({*texts}) == 1:
         return texts[0]
     return (" to " if pair else " ").join(texts)

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
@@ -69,7 +70,9 @@ def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
     metres = [device.replace(P_d=3.0).scale("x_r") * value for value in one["progression"]]
     assert one["si"] == {"progression [m]": pytest.approx(metres, rel=1e-15)}
     status, out, _ = call(*system)
-    assert "[m]" in out
+    (table,) = re.findall(r"attractors\n(.*)─\n", out, re.DOTALL)
+    assert sorted(table.strip("─\n ").split()).count("progression") == 2  # one of them in metres
+    assert "[m]" in table
     assert f"{metres[1]:.6g}" in out
 
 

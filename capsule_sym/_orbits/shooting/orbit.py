@@ -363,14 +363,14 @@ def _segments(orbit: Orbit) -> list[Segment]:
     itinerary, flows, numbers = orbit.itinerary, orbit.system.flows, orbit.numbers
     omega, forms = orbit.value("omega"), ClosedForms(numbers, orbit.values)
     starts = [_exact_start(forms, itinerary, i, flow.start) for i, flow in enumerate(flows)]
+    # The first half of a symmetric orbit ends in the mirror image of its start.
+    x_r, v_r, v_c = starts[0]
+    starts.append((-x_r, -v_r, -v_c) if itinerary.mirrored else starts[0])
     position = numbers.number(0)
     segments, first = list[Segment](), numbers.turns(flows[0].angle)[0]
     for i, flow in enumerate(flows):
         turns, angle = numbers.turns(flow.angle)
         later, end_angle = numbers.turns(flow.angle + omega * flow.h)
-        # The first half of a symmetric orbit ends in the mirror image of its start.
-        last = i == len(flows) - 1
-        end = starts[0] if last else starts[i + 1]
         segments.append(
             Segment(
                 field=flow.segment.field,
@@ -379,7 +379,7 @@ def _segments(orbit: Orbit) -> list[Segment]:
                 start=Instant(turns - first, angle / omega, omega),
                 end=Instant(later - first, end_angle / omega, omega),
                 start_state=starts[i],
-                end_state=(-end[0], -end[1], -end[2]) if last and itinerary.mirrored else end,
+                end_state=starts[i + 1],
                 duration=flow.h,
                 outcome=Outcome.REGULAR if flow.segment.guard else Outcome.NEVER,
                 tangencies=(),
