@@ -167,7 +167,7 @@ class Kernels:
         return self.free(c, h)
 
     def free_slopes(self, c: Any, h: Any, free: Values, near: bool) -> Values:
-        """G2, G2d and H2 by closed forms, or by doubling near a confluence."""
+        """G2, G2d and H2 by closed forms, or by doubling if `near`, where these cancel."""
         if not near:
             apart: Values = basis.free_slopes_apart(c, h, *free)
             return apart

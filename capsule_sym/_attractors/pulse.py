@@ -118,7 +118,8 @@ class Pulse(Result, Labelled):
     def transient(self) -> int:
         """Excitation periods after the pulse until states at phase 0 are near to those of `end`.
 
-        That is within 0.001 times 1 + the largest entry of these; at most 65,536 periods.
+        That is within 0.001 times 1 + the largest absolute entry of these, dimensionless. 65,537 if
+        they do not come near within 65,536 periods, and 0 without a pulse.
         """
         if not self.periods:
             return 0

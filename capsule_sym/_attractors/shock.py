@@ -74,7 +74,7 @@ class Shock(Result):
 
     @cached_property
     def runs(self) -> tuple[Trajectory, Trajectory]:
-        """Runs after a knock that is smaller by 0.1 %, and after one that is larger by 0.1 %.
+        """Runs of 64 excitation periods after knocks that are smaller and larger by 0.1 %.
 
         Raises InvalidInput if no knock was found.
         """

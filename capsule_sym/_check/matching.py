@@ -15,9 +15,10 @@ def matched(exact: DataFrame, given: DataFrame, slack: float, until: float = mat
     """Switches of two lists side by side, a row for each, in the order of time.
 
     The lists have ascending times, `exact` and `given`, and what happens, `event`. Switches are the
-    same if this is, if each is the other's nearest one, and if their times differ by at most
-    `slack`. Times are nan where a list has no such switch; `place` is that in the exact list. An
-    exact switch after `until` that has no other is left out.
+    same if this is, if each is the other's nearest one, if their times differ by at most `slack`,
+    and if pairs have the same order in both lists. Times are nan where a list has no such switch;
+    `place` is that in the exact list. Without another one an exact switch after `until` is left
+    out, a given one is kept.
     """
     pandas = package("pandas")
     exact, given = exact.assign(place=range(len(exact))), given.assign(row=range(len(given)))

@@ -108,9 +108,12 @@ class SwitchCheck:
         return found if found <= self.used else None
 
     def to_dict(self) -> dict[str, Any]:
-        """Comparison by name, as JSON has it: None stands for a number that is not finite."""
+        """Comparison by name, as JSON has it; `switches` has a row for each, with its `error`.
+
+        None stands for a number that is unknown or not finite.
+        """
         return {
-            "right": self.success,
+            "success": self.success,
             **record(self, "message segment_error needed tolerance horizon differences"),
             "switches": plain(self.switches.assign(error=self.errors).to_dict("records")),
         }

@@ -69,7 +69,7 @@ def branch(
     points
         Least number of steps.
     restart
-        Start at a labelled point, such as PD1, of a branch.json.
+        Start at a labelled point, such as PD1, of a branch.json or its directory.
     to
         With --restart: final value, with NAME= for another parameter.
     cascade
@@ -91,11 +91,12 @@ def branch(
     if restart is not None:
         if to is None:
             raise click.UsageError("--restart needs --to VALUE")
-        end, file = to[1], restart[0]
+        end, file = to[1], options.file_of(restart[0])
         system.check_scene(scene_in(capsule_sym.results.read_branch(file)) or CAPSULE, file)
         with bars.reporting("Following", limit):
             found = capsule_sym.continue_from(
-                *restart,
+                file,
+                restart[1],
                 end,
                 parameter=to[0],
                 points=points,

@@ -82,7 +82,9 @@ def figure(
         Of a sweep: a file of `curve --json` or --out, whose curves are drawn on top; any number.
     """
     picture.check()
-    subjects, curves = tuple(map(_file_of, subjects)), tuple(map(_file_of, curves))
+    subjects, curves = (
+        tuple(Path(options.file_of(str(one))) for one in some) for some in (subjects, curves)
+    )
     if folders := [one for one in subjects if os.path.isdir(one)]:
         if len(subjects) > 1:
             other = next(one for one in subjects if one != folders[0])
@@ -94,12 +96,6 @@ def figure(
         drawn = _of_files(subjects, quantity, picture.width)
     capsule_sym.figures.save_figure(drawn, picture.out, dpi=picture.dpi)
     present.report_written(picture.out, as_json=as_json)
-
-
-def _file_of(path: Path) -> Path:
-    """File of the branches or curves in a directory; other paths as they are."""
-    files = (path / name for name in ("branch.json", "curves.json"))
-    return next((file for file in files if file.is_file()), path)
 
 
 def _of_files(paths: Sequence[Path], quantity: str | None, width: float) -> Figure:

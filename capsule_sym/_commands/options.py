@@ -40,6 +40,12 @@ def written(metavar: str = "DIR", *flags: str, **settings: Any) -> Setting:
     return option(*flags, type=kind, metavar=metavar, **settings)
 
 
+def file_of(path: str) -> str:
+    """File of the branches or curves in a directory; other paths as they are."""
+    files = (os.path.join(path, name) for name in ("branch.json", "curves.json"))
+    return next(filter(os.path.isfile, files), path)
+
+
 def by_name(of: Any, *flags: str, **settings: Any) -> Setting:
     """Settings of an option for NAME=VALUE pairs as a dictionary, without a repeated name."""
 

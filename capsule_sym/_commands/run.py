@@ -85,7 +85,7 @@ def run(
     present.result(shown, as_json, out, {"run.json": record}, pictures)
     present.certificates(certify, [trajectory], limit)
     if not trajectory.segments:
-        present.fail(f"nothing was computed, {trajectory.message}")
+        present.fail(f"nothing was computed: {trajectory.message}")
 
 
 def _in_short(

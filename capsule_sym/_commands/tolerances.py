@@ -77,7 +77,7 @@ def tolerances(
 
 
 def _normal(which: Any, name: str, share: float) -> Any:
-    """Normal distribution about a parameter's value; raises InvalidInput."""
+    """Normal distribution about a value, whose deviation is a share of it; raises InvalidInput."""
     from scipy.stats import norm
 
     nominal = getattr(which, name, None)

@@ -97,7 +97,10 @@ def check_names(names: Iterable[str]) -> None:
 
 
 def check_values(columns: Mapping[str, NDArray[np.float64]], rows: Sequence[int]) -> None:
-    """Raises InvalidInput for the first invalid value of a column, with the number of its row."""
+    """Raises InvalidInput for an infinite value, and a time that is nan or not above the last one.
+
+    It has the number of the row, one of `rows`.
+    """
     for name, values in columns.items():
         wrong = np.isinf(values) if name != "t" else ~np.isfinite(values)
         if wrong.any():

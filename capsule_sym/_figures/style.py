@@ -160,7 +160,8 @@ def figure_style(width: float | Literal["column", "page"] | None = None) -> Iter
     ----------
     width : float, "column" or "page", default None
         Width of figures made meanwhile: "column" (3.35 in), "page" (7 in, as where none is given)
-        or a number of inches.
+        or a number of inches. Figures of one's own are then as high as wide, unless they have a
+        size.
 
     Returns
     -------

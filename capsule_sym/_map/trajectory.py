@@ -33,13 +33,13 @@ Kind = TypeVar("Kind")
 
 
 FINISHED = "the run came to its end"
-TIME_IS_UP = "at its time limit"
-MEMORY_IS_FULL = "as what it keeps takes all the memory that it may"
+TIME_IS_UP = "the run stopped at its time limit"
+MEMORY_IS_FULL = "the run stopped, as what it keeps takes all the memory that it may"
 
 
 def after(most: int) -> str:
     """Reason of a run that ended at its limit of segments."""
-    return f"after {counted(most, 'segment')}"
+    return f"the run stopped after {counted(most, 'segment')}"
 
 
 class Statistics(NamedTuple):
@@ -72,7 +72,8 @@ class Trajectory(Ended, Labelled):
     """Result of a run of the exact map: the kept data, status and statistics.
 
     All quantities are dimensionless. Access to data that were not kept raises InvalidInput. Arrays
-    of a trajectory, and views of them, are read-only.
+    that a trajectory keeps, and views of them, are read-only; `switches` and computed columns are
+    copies.
     """
 
     parameters: SceneParameters
@@ -130,7 +131,7 @@ class Trajectory(Ended, Labelled):
         (periods, phase), (x_r, v_r, v_c) = self.final
         state = ", ".join(f"{float(value):.6g}" for value in (x_r, v_r, v_c))
         at = f"at ({periods}, {float(phase):.6g}) in ({state})"
-        stopped = "" if self.success else f", stopped {self.message}"
+        stopped = "" if self.success else f", {self.message}"
         count = self.statistics.segments
         return brief(self, f"{counted(count, 'segment')}{stopped}, {at}", f"by {self.backend}")
 
@@ -237,8 +238,8 @@ class Trajectory(Ended, Labelled):
         convergence to a shorter period looks almost periodic too. To exclude it, states within the
         period must differ by a thousand tolerances.
 
-        Raises InvalidInput for a tolerance that is not a finite number > 0, and for a `longest`
-        that is not a whole number from 1 on.
+        Raises InvalidInput for a tolerance that is not a finite number > 0, for a `longest` that is
+        not a whole number from 1 on, and if segments were not kept.
         """
         return steady_motion(self, tolerance, longest)
 

@@ -84,7 +84,8 @@ class Axis:
     def of(cls, name: str, values: ArrayLike) -> Self:
         """Axis of one quantity with given values, shape (n,), dimensionless.
 
-        Raises InvalidInput for values that are not allowed.
+        Raises InvalidInput for values that are no numbers, and for a name that no axis can have. A
+        `Sweep` checks the ranges.
         """
         column = np.atleast_1d(_doubles(name, values))
         if column.ndim != 1:
@@ -97,7 +98,8 @@ class Axis:
         """Axis of a quantity of a device, such as P_d, with values (n,) in SI units.
 
         The runs use the dimensionless parameter proportional to it; results have both. Raises
-        InvalidInput for another name, or for values that are not allowed.
+        InvalidInput for another name, or for values that are no numbers. A `Sweep` checks the
+        ranges.
         """
         tied, factor = device.tie(name)
         column = cls.of(name, values).values

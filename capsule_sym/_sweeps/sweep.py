@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._arguments import checked
 from capsule_sym._errors import InvalidInput, counted
-from capsule_sym._map.checks import check_start, is_real
+from capsule_sym._map.checks import check_count, check_start, is_real
 from capsule_sym._map.result import brief
 from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters
 from capsule_sym._sweeps.axes import START, Axis, named
@@ -140,6 +140,7 @@ class Sweep:
 
     def region(self, index: int) -> tuple[slice, ...]:
         """Slices of a chunk; chunks are counted along the last axis first."""
+        check_count("index", index, 0, math.prod(self.chunks) - 1)
         place = np.unravel_index(index, self.chunks)
         return tuple(
             slice(int(i) * c, min((int(i) + 1) * c, n))

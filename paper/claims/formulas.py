@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
-from capsule_sym._symbolic.theory import LETTERS, text
+from capsule_sym._symbolic.theory import LETTERS, marked
 
 _NAME = (
     rf"(?:{'|'.join(LETTERS)}|abs|cos|sin|sqrt|sign|mu|Omega(?:_0|\d)?|[A-Za-z]{{1,2}}_\w+|"
@@ -12,8 +13,9 @@ _NAME = (
 )
 _TOKEN = rf"(?:P_\{{[^}}]*\}}|\{{[^}}]*\}}|{_NAME}|\d[\d.]*(?!\w)|[-−+*/=<>≤≥±∘|()²³])"
 _FORMULA = re.compile(rf"(?<![\w.]){_TOKEN}(?: ?{_TOKEN})*")
-_NAMED = {"abs": "operatorname{abs}", "sqrt": "operatorname{sqrt}", "sign": "operatorname{sign}"}
-_NAMED |= {word: word for word in (*LETTERS, "cos", "sin", "mu", "Omega")}
+_NAMED = {word: word for word in (*LETTERS, "cos", "sin", "mu", "Omega")}
+_NAMED |= {"sign": "operatorname{sign}"}
+_INSIDE = r"\(((?:[^()]|\([^()]*\))*)\)"  # of a function: at most one more pair of brackets in it
 _MARKS = {"**": "^", "==": "=", "<=": r"\le ", ">=": r"\ge ", "≤": r"\le ", "≥": r"\ge ", "*": " "}
 _MARKS |= {
     "±": r"\pm ",
@@ -32,6 +34,8 @@ def _latex(formula: str) -> str:
     formula = re.sub(
         r"(?<!_)\{([^}_]|(?<!P)_)*\}", lambda set_: rf"\lbrace {set_[0][1:-1]}\rbrace ", formula
     )
+    formula = re.sub(rf"abs{_INSIDE}", r"|\1|", formula)
+    formula = re.sub(rf"sqrt{_INSIDE}", r"\\sqrt{\1}", formula)
     formula = re.sub(r"\b([A-Za-z]+)(\d+)\b", r"\1_{\2}", formula)
     formula = re.sub(r"\b([A-Za-z]{1,2})_([A-Za-z]\w+)", r"\1_{\2}", formula)
     formula = re.sub(
@@ -44,8 +48,8 @@ def _latex(formula: str) -> str:
     return formula
 
 
-def with_formulas(line: str) -> str:
-    """Line of text with its formulas in LaTeX, each between dollars."""
+def with_formulas(line: str, prose: Callable[[str], str] = marked) -> str:
+    """Line of text with its formulas in LaTeX, each between dollars, and the rest as `prose`."""
 
     def one(found: re.Match[str]) -> str:
         term = found[0].rstrip(" (")
@@ -60,4 +64,4 @@ def with_formulas(line: str) -> str:
         return f"{before}${_latex(term)}${after}"
 
     parts = re.split(r"(\$[^$]*\$)", _FORMULA.sub(one, line))
-    return "".join(part if part.startswith("$") else text(part) for part in parts)
+    return "".join(part if part.startswith("$") else prose(part) for part in parts)

@@ -307,11 +307,12 @@ def formulas(line: str) -> Any:
     """A line of text with its formulas as MathML."""
     from markupsafe import Markup
 
+    from capsule_sym._symbolic.theory import text
     from paper.claims.formulas import with_formulas
 
     # Each scrolls by itself where it is wider than the screen.
     formula = Markup('<span class="formula">{}</span>')
-    parts = enumerate(with_formulas(line).split("$"))
+    parts = enumerate(with_formulas(line, text).split("$"))
     shown = (formula.format(typeset(part, False)) if at % 2 else maths(part) for at, part in parts)
     return Markup("").join(shown)
 

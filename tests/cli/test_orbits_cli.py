@@ -232,8 +232,8 @@ def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> Non
     rows = csv.DictReader((tmp_path / "points.csv").read_text().splitlines())
     assert {row["origin"] for row in rows} == {"", "PD1"}
     file = str(tmp_path / "branch.json")
-    again = ("branch", "--restart", file, "PD1", "--to", "0.045", "--points", "2", "--json")
-    status, out, err = call(capsys, *again)
+    again = ("--restart", str(tmp_path), "PD1", "--to", "0.045", "--points", "2", "--json")
+    status, out, err = call(capsys, "branch", *again)
     assert (status, err) == (0, "")
     record = json.loads(out)
     period_numbers = [one["points"][-1]["period_number"] for one in (record, *record["switched"])]

@@ -117,7 +117,7 @@ def test_a_run_that_stopped_early_says_why(inside, monkeypatch: pytest.MonkeyPat
     short = partial(capsule_sym.simulate, max_segments=400)
     monkeypatch.setattr(capsule_sym, "simulate", short)
     shown = inside("run", "--periods", "200").stdout
-    assert shown.endswith("segment-limit: after 400 segments\n")
+    assert shown.endswith("segment-limit: the run stopped after 400 segments\n")
     assert "global map" not in shown
     record = json.loads(inside("run", "--periods", "200", "--json").stdout)
     assert record["message"] == "after 400 segments"
@@ -183,7 +183,7 @@ def test_a_run_stops_at_its_time_limit_with_what_it_found(inside) -> None:
     done = inside(*STIFF, "--max-seconds", "0.5", "--json")
     assert (done.returncode, done.stderr) == (0, "")
     record = json.loads(done.stdout)
-    assert record["message"] == "at its time limit"
+    assert record["message"] == "the run stopped at its time limit"
     assert record["segments"]
     assert "[default: 120.0; x>0]" in " ".join(inside("run", "--help").stdout.split())
 

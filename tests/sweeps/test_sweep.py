@@ -61,6 +61,8 @@ def test_columns_are_the_product_of_the_axes_and_parts_tile_them() -> None:
         np.testing.assert_array_equal(part, rows.reshape(*sweep.shape, 7)[region].reshape(-1, 7))
         assert sweep.cells_in(index) == len(part)
     assert (seen == 1).all()
+    with pytest.raises(InvalidInput, match=r"index = 4: must be .*3"):
+        sweep.part(4)
 
 
 def test_chunks_shrink_with_the_work_of_a_cell() -> None:

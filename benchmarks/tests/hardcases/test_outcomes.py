@@ -230,7 +230,7 @@ def test_a_touch_beside_the_end_of_an_interval_is_passed() -> None:
 @pytest.mark.usefixtures("ticking")
 def test_a_run_that_takes_too_long_stops_with_what_it_has(backend: str) -> None:
     run = simulate(Parameters(), periods=10**12, backend=backend, max_seconds=30)
-    assert (run.status, run.message) == (Status.TIME_LIMIT, "at its time limit")
+    assert (run.status, run.message) == (Status.TIME_LIMIT, "the run stopped at its time limit")
     assert run.segments
     (turns, _), state = run.final
     assert 0 < turns < 10**5
@@ -241,7 +241,7 @@ def test_a_run_that_takes_too_long_stops_with_what_it_has(backend: str) -> None:
 def test_a_time_limit_of_the_true_clock_holds(backend: str) -> None:
     """However short: the run would take weeks."""
     run = simulate(Parameters(), periods=10**12, backend=backend, max_seconds=1e-3)
-    assert (run.status, run.message) == (Status.TIME_LIMIT, "at its time limit")
+    assert (run.status, run.message) == (Status.TIME_LIMIT, "the run stopped at its time limit")
 
 
 @pytest.fixture
@@ -254,6 +254,6 @@ def ticking(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("ticking")
 def test_a_search_that_takes_too_long_stops_too() -> None:
     run = simulate(Parameters(omega=1e-3, zeta=1e-3, alpha=0.03), (0.0, 0.005, 0.0), max_seconds=9)
-    assert (run.status, run.message) == (Status.TIME_LIMIT, "at its time limit")
+    assert (run.status, run.message) == (Status.TIME_LIMIT, "the run stopped at its time limit")
     assert run.segments[-1].outcome is Outcome.UNDECIDED
     assert 0 < run.segments[-1].duration < 2 * pi / 1e-3

@@ -92,11 +92,12 @@ def _shortest(text: str) -> str:
 
 @np.errstate(under="ignore")
 def certify_orbit(orbit: Orbit, *, max_seconds: float = math.inf) -> dict[str, Any]:
-    """Certificate of an orbit: existence, uniqueness, itinerary, and whether it is stable.
+    """Certificate of an orbit: existence, uniqueness nearby, itinerary, and whether it is stable.
 
     The orbit is enclosed in ball arithmetic. Then every event function is proved positive inside
     its segment. The Floquet multipliers are proved to be inside the unit circle, or one outside it.
-    The orbit is one of the paper's scene. The extra `symbolic` is needed.
+    The orbit is one of the paper's scene; its parameters are the decimals as which their doubles
+    print. The extra `symbolic` is needed.
 
     Parameters
     ----------
@@ -176,17 +177,20 @@ def certify_bifurcation(
     -------
     certificate : dict
         The certificate, of kind "bifurcation", as in `certify_orbit`, but without `stable`. `free`
-        has alpha, `still` the segment of duration 0. Numbers are decimals as texts, dimensionless.
+        has alpha, `still` the index of the segment of duration 0, from 0, in a list. Numbers are
+        decimals as texts, dimensionless.
     event : Proved
         The proved event: its `type`, `line` and `order` of contact. In balls, `values` has alpha,
-        `multipliers` the characteristic polynomials on both sides, and `coefficient` that of the
-        normal form.
+        `multipliers` the characteristic polynomials on both sides, and `coefficient` the change of
+        alpha over duration^order at the duration 1e-12. To that order it is the `growth` of the
+        bifurcation's `normal_form`.
 
     Raises
     ------
     Unproved
-        With the step that failed, for a smooth bifurcation, for a branch in another parameter, and
-        after `max_seconds`. It is an ArithmeticError.
+        With the step that failed, for a smooth bifurcation, for one of two segments that are each
+        other's mirror image, for a branch in another parameter, and after `max_seconds`. It is an
+        ArithmeticError.
     InvalidInput
         For an orbit of another scene, and a time that is not allowed.
 

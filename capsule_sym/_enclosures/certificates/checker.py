@@ -356,7 +356,7 @@ def check_certificate(given: Any) -> None:
     -----
     The check uses Eqs. (7)-(12) of the paper, flint's exponential of their matrices, and
     comparisons of balls. A number with 30 decimals stands for all within half a unit of the last
-    one.
+    one; parameters and the start of a run are exact.
 
     See Also
     --------

@@ -54,7 +54,7 @@ class BifurcationPoint(SolvedPoint):
 
         At a border collision they are those of the itinerary with the segment. Those of the other
         itinerary (`multipliers_without`) are the same, except at a grazing-sliding bifurcation and
-        at an edge of the drive.
+        at an edge of the drive, and where there is no other itinerary.
         """
         return sorted_multipliers(self.orbit)
 

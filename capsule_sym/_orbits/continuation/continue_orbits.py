@@ -131,8 +131,9 @@ def continue_both_ways(
     """Branch through an orbit in a range (low, high) around it: one if it is closed, else two.
 
     A closed branch (an isola) returns to the same orbit at the same value; its status is
-    "returned". Otherwise the first branch goes from the orbit to larger values, the second to
-    smaller ones. Each is computed as by `continue_orbit`.
+    "returned". Otherwise the first branch starts towards larger values, the second towards smaller
+    ones. Each is computed as by `continue_orbit`; beyond a fold it may end at the other end of the
+    range, also with the status "reached".
 
     Parameters
     ----------
@@ -156,8 +157,9 @@ def continue_both_ways(
     Returns
     -------
     tuple of Branch
-        The closed branch, or the branch to `high` and the branch to `low`. After `max_seconds` a
-        branch ends with status "time-limit", the second one possibly without points.
+        The closed branch, or the branch that starts towards `high` and the one that starts towards
+        `low`. After `max_seconds` a branch ends with status "time-limit", the second one possibly
+        without points.
 
     Raises
     ------

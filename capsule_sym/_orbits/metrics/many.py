@@ -75,10 +75,11 @@ class Performances:
     def status(self) -> NDArray[np.str_]:
         """Status of each motion, as a word, shape (n,).
 
-        "closed": found in the itinerary of the run. "changed": found in another one.
-        "not-converged", "tangential" (no derivatives: a guard touches 0, or a fold), "open" (a
-        switch is undecided), "full" (more than 256 segments), "refused" (a state or parameters
-        outside the ranges of a run): not found. "stopped": not solved within the time.
+        "closed": found in the itinerary of the run. "changed": found in another one, or with a
+        smaller period number. "not-converged", "tangential" (no derivatives: a guard touches 0, or
+        a fold), "open" (a switch is undecided, or a segment is too long for its integrals), "full"
+        (more than 256 segments), "refused" (a state outside the range of a run): not found.
+        "stopped": not solved within the time.
         """
         words = np.array(ORBIT_STATUSES)[self.records["status"]]
         return np.where(self.stops == Stop.DONE, words, np.array(STOPS)[self.stops])

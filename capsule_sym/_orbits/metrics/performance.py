@@ -83,8 +83,8 @@ class Performance:
     the integral of the friction times `|v_c|`, and `lift` the work against a constant force on the
     bodies over the progression: on a slope with bias s the friction is the bound less gamma s
     upward, plus gamma s downward, and the lift (1 + gamma) s times the progression. `imbalance`,
-    the work less losses and lift, is zero but for rounding. `peak_force` is the largest `|P|`
-    between the bodies, `peak_contact` the largest force of a stop's spring.
+    the work less losses and lift, is zero but for rounding. `peak_force` is the largest `|P|` of
+    spring, damper and stop between the bodies, `peak_contact` that of a stop's spring.
     """
 
     velocity: Metric
@@ -127,7 +127,8 @@ def performance(orbit: Orbit) -> Performance:
     InvalidInput
         For an orbit that was not found, a `NoOrbit`.
     numpy.linalg.LinAlgError
-        At a fold, where the branch has no gradient.
+        Exactly at a fold, where the branch has no gradient. Next to it, within rounding, gradients
+        are very large.
 
     See Also
     --------

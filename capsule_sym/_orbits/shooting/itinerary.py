@@ -94,6 +94,8 @@ class Itinerary:
     With `mirrored` they are those of the first half of a motion that is its own mirror image: the
     images of the segments follow them, a single stop is not in contact, and `period_number` is odd.
     Fields are those of the scene.
+
+    `of` and `parse` check that fields and guards fit each other, the constructor does not.
     """
 
     segments: tuple[ItinerarySegment, ...]
@@ -162,7 +164,10 @@ class Itinerary:
     @classmethod
     @checked
     def of_motion(cls, motion: SteadyMotion) -> Itinerary:
-        """Itinerary of a steady motion."""
+        """Itinerary of a steady motion, not of the first half of a symmetric orbit.
+
+        Raises InvalidInput as `of` does.
+        """
         fields = (segment.field for segment in motion.segments)
         return cls.of(fields, motion.period_number, scene=motion.parameters.scene)
 
@@ -240,7 +245,7 @@ class Itinerary:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the fields, such as ("F5", "F2")."""
+        """Names of the fields, such as ("F5", "F2"); with `mirrored` of the first half."""
         return tuple(f"F{segment.field}" for segment in self.segments)
 
     @property

@@ -56,9 +56,10 @@ class Orbit(Ended, Labelled):
 
     `values` are the parameters of the scene in their order. `z` has the state (x_r, v_r, v_c), the
     forcing angle and the durations, `system` the equations there, `iterations` the number of Newton
-    steps. With the backend "mpmath" all numbers have 50 digits. Durations below 0 are allowed: such
-    an orbit solves the equations, but is not a motion. All quantities are dimensionless; columns
-    have shape (k,), one row for each of the k segments.
+    steps. With the backend "mpmath" these have 50 digits; multipliers, `parameters` and columns
+    have double precision. Durations below 0 are allowed: such an orbit solves the equations, but is
+    not a motion. All quantities are dimensionless; columns have shape (k,), one row for each of the
+    k segments.
     """
 
     values: tuple[Number, ...]
@@ -143,7 +144,7 @@ class Orbit(Ended, Labelled):
 
     @property
     def stable(self) -> bool:
-        """True if the orbit attracts: all Floquet multipliers are within the unit circle."""
+        """True if all Floquet multipliers are within the unit circle: a motion then attracts."""
         return bool(abs(self.multipliers[0]) < 1)
 
     @cached_property
@@ -152,7 +153,8 @@ class Orbit(Ended, Labelled):
 
         Shape (k + 4, parameters) for k segments; 7 parameters in the paper's scene.
 
-        Raises numpy.linalg.LinAlgError at a fold.
+        Raises numpy.linalg.LinAlgError exactly at a fold. Next to it, within rounding, the
+        derivatives are very large.
         """
         return -solve(self.numbers, self.system.by_z, self.system.by_p)
 

@@ -399,7 +399,9 @@ def _reach(parameters: SceneParameters) -> NDArray[np.float64]:
 def newton_orbit(
     parameters: SceneParameters, state: NDArray[np.float64], period_number: int
 ) -> Orbit | None:
-    """Orbit to which Newton's method on the map over some periods converges; None if none.
+    """Admissible orbit to which Newton's method on the map over some periods converges, or None.
+
+    It is traversed once: its periods may be fewer.
 
     Steps are shortened for the sake of far starts: from 230 random starts with an orbit,
     `capsule_solve_orbit`, which polishes a motion that is nearly closed, finds it from 198.

@@ -12,7 +12,7 @@ SURFACES = {
     "S3": (-2.2, -1.2),
     "S4": (1.3, 0.8),
     "S5": (0.5, -1.8),
-    "S6": (0.34, -3.7),
+    "S6": (0.345, -3.85),
 }
 LINES = {"L1": (-0.95, 2.6), "L2": (-1.75, 1.5), "L3": (0.62, 0.1), "L4": (0.62, -3.1)}
 
@@ -35,7 +35,7 @@ def draw(width: float = 6.6) -> Figure:
         axes.annotate(name, where)
     for segment in solve_orbit(p).motion.segments:
         x_r, v_r, v_c = map(float, segment.start_state)
-        aside = (6, 3) if segment.mode.endswith("S") else (-16, -10)
+        aside = (-8, 10) if segment.mode.endswith("S") else (-16, -10)
         if abs(v_c) < 1e-12:
             axes.plot(x_r, v_r, "o", color="C3")
             axes.annotate(segment.name, (x_r, v_r), aside, textcoords="offset points", color="C3")
