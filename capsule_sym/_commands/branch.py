@@ -59,8 +59,9 @@ def branch(
     a point has SI units, as have columns of points.csv. --out writes branch.json, points.csv and
     bifurcations.csv.
 
-    Exits with 3, and the reason, if there is no orbit to begin with or the branch ends early. After
-    Ctrl-C, as at the time limit, the results so far are shown and written.
+    Exits with 3, and the reason, if there is no orbit to begin with, if the first branch ends
+    early, or any one at the time limit. After Ctrl-C, as at the time limit, the results so far are
+    shown and written.
 
     Parameters
     ----------

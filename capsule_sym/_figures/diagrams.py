@@ -85,8 +85,8 @@ def plot_diagram(
     Raises
     ------
     InvalidInput
-        For another quantity, for branches in different parameters, for a device with other
-        parameters than theirs, and for records that lack something.
+        For another quantity, for branches in different parameters, for a device of another scene,
+        frequency, mass ratio or friction bound than theirs, and for records that lack something.
 
     See Also
     --------

@@ -273,8 +273,8 @@ def save_figure(figure: Figure, path: str | Path, *, dpi: float | None = None) -
     """Write a figure as PNG, SVG or PDF, by the ending of the path; equal figures, equal bytes.
 
     The file's metadata describe the figure: `Title`, and `Description` (PDF: `Subject`), a JSON
-    object, of most figures with the parameters. Missing folders are made. A file is replaced only
-    once the new one is whole.
+    object, which has the parameters of motions, branches, attractors and shocks. Missing folders
+    are made. A file is replaced only once the new one is whole.
 
     Parameters
     ----------
