@@ -138,6 +138,13 @@ def rendered(name: str, values: dict[str, Any]) -> str:
     return environment.get_template(name).render(values)
 
 
+def _record(path: Path, command: str) -> Any:
+    """A record; exits with the command that writes it if it is missing."""
+    if not path.exists():
+        sys.exit(f"{path} is missing: {command} writes it")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
 def main() -> None:
     """Write paper.md beside its template, and the note with its figure in the folder given."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -145,8 +152,12 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("results/article"))
     given = parser.parse_args()
     casestudy, enclosed, verified = (
-        json.loads((given.records / name).read_text(encoding="utf-8"))
-        for name in ("paper/casestudy.json", "enclose.json", "verify.json")
+        _record(given.records / name, command)
+        for name, command in (
+            ("paper/casestudy.json", "make paper"),
+            ("enclose.json", "python -m paper enclose --json"),
+            ("verify.json", "make paper"),
+        )
     )
     values = numbers(casestudy, enclosed, Counter(item["status"] for item in verified["items"]))
     (HERE / "paper.md").write_text(rendered("paper.md.in", values), encoding="utf-8")
@@ -154,8 +165,8 @@ def main() -> None:
     (given.out / "note.tex").write_text(rendered("note.tex.in", values), encoding="utf-8")
     shutil.copy(HERE / "paper.bib", given.out)
     figure = given.out / "bifurcations.pdf"
-    program = Path(sys.executable).with_name("capsule-sym")
-    subprocess.run([program, "figure", "bifurcations", "--out", figure], check=True)
+    command = [sys.executable, "-m", "paper", "figure", "bifurcations", "--out", str(figure)]
+    subprocess.run(command, check=True)
     shutil.copy(figure, HERE)
     print(f"wrote {HERE / 'paper.md'}, {given.out / 'note.tex'}, {figure}")
     latex = shutil.which("latexmk")

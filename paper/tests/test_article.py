@@ -88,3 +88,28 @@ def test_records_that_differ_are_refused(build: ModuleType, records: dict[str, A
     changed["enclosed"]["sections"][1]["intervals"] = []
     with pytest.raises(SystemExit, match="unproved"):
         build.numbers(**changed)
+
+
+@pytest.mark.long
+def test_the_script_writes_the_paper_and_the_note_with_its_figure(
+    build: ModuleType, records: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The script finds the records in a folder, and says which one is missing."""
+    folder, out = tmp_path / "article", tmp_path / "out"
+    shutil.copytree(FOLDER, folder)
+    monkeypatch.setattr(build, "HERE", folder)
+    monkeypatch.setattr(sys, "argv", ["build", "--records", str(tmp_path), "--out", str(out)])
+    (tmp_path / "paper").mkdir()
+    items = [{"status": status} for status in records["verdicts"].elements()]
+    for name, record in (
+        ("paper/casestudy.json", records["casestudy"]),
+        ("verify.json", {"items": items}),
+    ):
+        (tmp_path / name).write_text(json.dumps(record), encoding="utf-8")
+    with pytest.raises(SystemExit, match=r"enclose\.json is missing: python -m paper enclose"):
+        build.main()
+    (tmp_path / "enclose.json").write_text(json.dumps(records["enclosed"]), encoding="utf-8")
+    build.main()
+    assert (folder / "paper.md").read_bytes() == (FOLDER / "paper.md").read_bytes()
+    assert (out / "note.tex").exists()
+    assert (out / "bifurcations.pdf").read_bytes().startswith(b"%PDF")
