@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -65,6 +65,11 @@ class Axis:
                 raise InvalidInput(quantity, float(worst), allowed)
         if self.name in known and self.quantities != (self.name,):
             raise InvalidInput("axis", self.name, f"a name that is not one of {', '.join(known)}")
+
+    def part(self, where: slice) -> Axis:
+        """Axis of some of the values."""
+        device = self.device and (self.device[0][where], self.device[1])
+        return replace(self, values=self.values[where], device=device)
 
     def __len__(self) -> int:
         return len(self.values)

@@ -153,10 +153,8 @@ class Sweep:
 
     def part(self, index: int) -> Sweep:
         """Chunk of this number, from 0 on, as a sweep of its own; `region` has its cells."""
-        axes = tuple(
-            replace(axis, values=axis.values[where])
-            for axis, where in zip(self.axes, self.region(index), strict=True)
-        )
+        parts = zip(self.axes, self.region(index), strict=True)
+        axes = tuple(axis.part(where) for axis, where in parts)
         return replace(self, axes=axes, chunk=tuple(map(len, axes)))
 
     def columns(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:

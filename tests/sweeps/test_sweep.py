@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, Parameters
+from capsule_sym import InvalidInput, Parameters, PhysicalParameters
 from capsule_sym.inputs import Axis, Sweep, read_plan
 from tests.sweeps import chart
 
@@ -63,6 +63,16 @@ def test_columns_are_the_product_of_the_axes_and_parts_tile_them() -> None:
     assert (seen == 1).all()
     with pytest.raises(InvalidInput, match=r"index = 4: must be .*3"):
         sweep.part(4)
+
+
+def test_a_part_of_a_device_s_axis_has_its_own_values_in_si_units() -> None:
+    """A chunk of forces from 1 to 3 N has those of its cells alone."""
+    device = PhysicalParameters(1.0, 3.0, 1.0, 1.0, 0.05, 0.1, 1.0, 1.0, 0.1)
+    axis = Axis.of_device(device, "P_d", [1.0, 2.0, 3.0])
+    part = Sweep((axis,), device=device, chunk=(2,)).part(1).axes[0]
+    assert part.device is not None
+    assert (part.device[0].tolist(), part.device[1]) == ([3.0], "N")
+    np.testing.assert_array_equal(part.values, axis.values[2:])
 
 
 def test_chunks_shrink_with_the_work_of_a_cell() -> None:
