@@ -27,7 +27,9 @@ from capsule_sym._systems import System, dimensionless, values_of
 BEYOND = 1e100
 """Merit of a place beyond a limit by nothing: more than any objective."""
 _BLOCK = 1024  # places between two looks at the time
-_PERIODS = 256  # excitation periods of the last stretch of a run: of chaos all are lost
+# Excitation periods of the first stretch of a run, after which most have settled at a damping of
+# 0.02, and of the last: those of chaos are lost.
+_FIRST, _PERIODS = 32, 256
 _OPEN = 8  # switches in a stretch that the core cannot decide: with more of them a place is unknown
 
 
@@ -133,7 +135,7 @@ def _block(program: Program, u: Matrix) -> Cells:
     own = [*dimensionless(program.system).to_dict().values()]
     rows = np.where(grid.allowed[:, None], grid.rows, own)
     found, numbers = settle_many(
-        rows, program.start, most=_PERIODS, max_open=_OPEN, scene=grid.scene
+        rows, program.start, first=_FIRST, most=_PERIODS, max_open=_OPEN, scene=grid.scene
     )
     numbers[~grid.allowed] = 0
     moving = numbers > 0

@@ -24,6 +24,8 @@ from capsule_sym._native.watch import silent
 from capsule_sym._parameters import Parameters
 from capsule_sym._systems import System, check_parameter, dimensionless, real
 
+_LARGEST = 4096  # survey by default, half a second of work
+
 
 def optimise(
     metric: str | Function,
@@ -34,7 +36,7 @@ def optimise(
     subject_to: Sequence[object] = (),
     margin: float | None = None,
     start: Sequence[float] = (0.0, 0.0, 0.0),
-    samples: int = 2048,
+    samples: int | None = None,
     seed: int = 0,
     max_seconds: float = MAX_SECONDS,
     progress: Callable[[str], object] | None = None,
@@ -77,8 +79,8 @@ def optimise(
     start : sequence of float, default (0.0, 0.0, 0.0)
         State (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion is the one
         on which it settles.
-    samples : int, default 2048, 1 to 1,000,000
-        Number of points of the survey.
+    samples : int, default None, 1 to 1,000,000
+        Number of points of the survey. None: 256 for one variable, 1,024 for two, else 4,096.
     seed : int, default 0, 0 to 10**12
         Seed of the survey.
     max_seconds : float, default 60.0, above 0
@@ -120,10 +122,11 @@ def optimise(
     F5 F4 F1 F2 F3 F2
     """
     program = program_of(metric, over, base, maximise, subject_to, margin, start, progress)
-    check_survey(samples, seed)
+    count = min(4 ** (3 + len(over)), _LARGEST) if samples is None else samples
+    check_survey(count, seed)
     search = Optimisation(Survey(program))
     with Watch(checks.checked_seconds(max_seconds)):
-        search.run(samples, seed)
+        search.run(count, seed)
     return search.result
 
 

@@ -3,8 +3,8 @@
 SciPy's SLSQP follows the motion of each place by continuation, also where the start state no longer
 settles on it. Of the places it passes the best is kept on whose motion the start state settles. The
 best of these are polished to the conditions of an optimum. If none is solved that is as good as an
-unsolved place, as at a basin boundary, populations around that place improve it. The result is then
-the best of them, and no conditions are solved.
+unsolved place, that place is the result, and no conditions are solved; at a basin boundary it is
+the last one on the way to a better place beyond.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from capsule_sym._arrays import Vector
 from capsule_sym._design.cells import BEYOND
 from capsule_sym._design.optimum import Optimum, failed_limits, optimum_of
 from capsule_sym._design.polish import (
@@ -25,20 +26,16 @@ from capsule_sym._design.polish import (
     polish,
     with_limit,
 )
-from capsule_sym._design.program import KEPT, Place, Program
-from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, local_search
-from capsule_sym._design.survey import MEMBERS, Survey, evolved
+from capsule_sym._design.program import CLOSE, KEPT, Place, Program
+from capsule_sym._design.stationary import LocalOptimum, balanced, local_search
+from capsule_sym._design.survey import Survey
 from capsule_sym._errors import Status
 from capsule_sym._map.result import record
 from capsule_sym._native import check_time
 
-_GENERATIONS = 60  # of a population, at most: its places are then close to each other
-_SEARCHES = 12  # at most, for any number of variables: two for each of six
+_SEARCHES = 8  # at most, for any number of variables: others rarely find a better optimum
 _TRIED = 8  # best places of a search that are checked by a run from the start state
 _POLISHED = 2  # places polished: the second only if the first gives nothing as good
-# Shares of each range: reaches of the populations around a place. The best of the first is often at
-# its edge, so that the second has the same reach; the third is for the last digits.
-_REACHES = 0.02, 0.02, 2e-4
 _UNSATISFIED = "no place within the bounds was found to satisfy "
 
 
@@ -80,7 +77,7 @@ class Optimisation:
         if self.survey.flat:
             self.found = self.ended(Status.FLAT, self.survey.flat)
             return
-        self.survey.evolve(_GENERATIONS)
+        self.survey.evolve()
         places = self.descents(searches)
         self.polish(places)
         self.found = self.conclude(places)
@@ -107,7 +104,7 @@ class Optimisation:
         return best
 
     def polish(self, places: Sequence[Place]) -> None:
-        """Polish the best places; if one that is not solved is still the best, improve it."""
+        """Polish the best places; one that is not solved counts if it is still the best."""
         unsolved = list[Place]()
         for place in places[:_POLISHED]:
             if place.beyond or place.objective > self.least - KEPT:
@@ -117,7 +114,7 @@ class Optimisation:
             else:
                 unsolved.append(place)
         if unsolved and unsolved[0].objective < self.least - KEPT:
-            self.optima.append(self.unsolved(self.improved(unsolved[0])))
+            self.optima.append(self.unsolved(unsolved[0]))
 
     def solved(self, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
         """Optimum next to a place, on whose motion the start state settles; None if not found."""
@@ -138,16 +135,6 @@ class Optimisation:
         found = self.program.begin(place.u)
         return found is not None and bool(np.isclose(place.objective, found.objective, KEPT, KEPT))
 
-    def improved(self, place: Place) -> Place:
-        """Best place by populations around one, on motions on which the start state settles."""
-        for reach in _REACHES:
-            low, high = np.maximum(place.u - reach, 0.0), np.minimum(place.u + reach, 1.0)
-            bounds = [*zip(low, high, strict=True)]
-            how = {"x0": place.u, "popsize": MEMBERS, "rng": 0, "atol": SOLVED}
-            better = self.program.begin(evolved(self.survey.look, bounds, _GENERATIONS, **how))
-            place = better if better is not None and better.rank < place.rank else place
-        return place
-
     def unsolved(self, place: Place) -> LocalOptimum:
         """Place taken as the best though no conditions are solved, and what bounds it.
 
@@ -159,11 +146,22 @@ class Optimisation:
         better = [one for one in passed if one.rank < level]
         place = next(filter(self.settles_there, better), place)
         if better and place is not better[0]:
-            kind = BASIN
+            kind, place = BASIN, self.inset(place, better[0].u)
         elif self.program.margin is None and place.motion.multiplier > 1 - MARGIN:
             kind = bifurcation_of(place.motion) or kind
         found = balanced(self.program, place)
         return replace(found, kkt_satisfied=True, bifurcation=kind, limit=place.objective)
+
+    def inset(self, place: Place, beyond: Vector) -> Place:
+        """Best place on the way to one beyond a basin boundary, by bisection."""
+        while abs(beyond - place.u).max() > CLOSE:
+            middle = (place.u + beyond) / 2
+            found = self.program.begin(middle)
+            if found is not None and found.rank < place.rank:
+                place = found
+            else:
+                beyond = middle
+        return place
 
     def conclude(self, places: Sequence[Place]) -> Optimum:
         """Best optimum, or why there is none, by the best places."""

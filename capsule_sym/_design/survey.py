@@ -1,7 +1,8 @@
 """Survey of the bounds: places all over them, then a population that evolves to better ones.
 
 The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) begins with the best
-of them. All places are kept: searches start at the best ones that are distant from each other.
+ones that are distant from each other. All places are kept: searches start at the best of all, again
+distant from each other.
 
 Between its ends a front has one survey of both metrics. The places that no other betters in both
 have children. A child differs from one of them, drawn evenly along the approximate front, by a
@@ -12,9 +13,7 @@ where a point of the front is searched.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,30 +28,13 @@ from capsule_sym._native import Watch, check_time, present
 from capsule_sym._native.watch import silent
 from capsule_sym._processes import sobol
 
-MEMBERS = 6
-"""Members of a population for each variable: SciPy has 15, but these are the best of many."""
+_MEMBERS = 6  # of a population, for each variable: SciPy has 15, but these are the best of many
+_GENERATIONS = 60  # of a population, at most: its places are then close to each other
+# Share of each range beyond its bounds: places there count as the nearest ones within, so that a
+# population also meets the bounds themselves, where many optima are.
+_OUTSIDE = 0.1
 _SHARE = 0.3  # of the time that is left: evolution, searches and polish take the rest
 _APART = 0.02  # distance of two starts, a share of each range: nearer ones end at one optimum
-
-
-def evolved(
-    merit: Callable[[Matrix], Vector],
-    bounds: Sequence[tuple[float, float]],
-    generations: int,
-    **begin: Any,
-) -> Vector:
-    """Best of a population within bounds after some generations, by a merit of many places."""
-    found = package("scipy.optimize").differential_evolution(
-        lambda x: merit(x.T),
-        bounds,
-        maxiter=generations,
-        tol=0.0,
-        polish=False,
-        vectorized=True,
-        updating="deferred",
-        **begin,
-    )
-    return np.asarray(found.x)
 
 
 class Survey:
@@ -87,13 +69,25 @@ class Survey:
         self.cells = together([self.cells, cells])
         return cells.merit(self.program)
 
-    def evolve(self, generations: int) -> None:
-        """Evolve a population from the best places."""
-        merit, k = self.cells.merit(self.program), self.cells.u.shape[1]
-        best = np.argsort(merit, kind="stable")[: np.isfinite(merit).sum()][: MEMBERS * k]
-        if len(best) >= 5:  # the method takes five members
-            begin = {"init": self.cells.u[best], "rng": len(merit), "atol": KEPT}
-            evolved(self.look, [(0.0, 1.0)] * k, generations, **begin)
+    def evolve(self) -> None:
+        """Evolve a population, first from the best places distant from each other, then others."""
+        merit, k = self.cells.merit(self.program), len(self.program.names)
+        best = self.cells.u[np.argsort(merit, kind="stable")[: np.isfinite(merit).sum()]]
+        if len(best) < 5:  # of which SciPy makes no population
+            return
+        members = [*self.starts(_MEMBERS * k), *best][: _MEMBERS * k]
+        package("scipy.optimize").differential_evolution(
+            lambda x: self.look(x.T.clip(0.0, 1.0)),
+            [(-_OUTSIDE, 1 + _OUTSIDE)] * k,
+            maxiter=_GENERATIONS,
+            init=np.array(members),
+            tol=0.0,
+            atol=KEPT,
+            rng=len(self.cells),
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+        )
 
     def starts(self, most: int) -> list[Vector]:
         """The best places that none of their neighbours betters, distant from each other."""
@@ -138,7 +132,7 @@ class Survey:
         return f"{self.program.name} is {abs(found[0]):g} at each of {places}"
 
 
-_GENERATIONS, _CHILDREN = 24, 256  # of an evolution, and of a generation
+_FRONTS, _CHILDREN = 24, 256  # generations of a front, and children of each
 _STEPS = -4.0, -0.5  # powers of ten: steps of a child, of a difference of places or of the range
 _DRAWN = 0.5  # share of the places, at random, whose front has children: it differs each time
 
@@ -174,9 +168,9 @@ class FrontSurvey(Survey):
         found.cells = replace(self.cells, slacks=slacks)
         return found
 
-    def evolve(self, generations: int = _GENERATIONS) -> None:
+    def evolve(self) -> None:
         """Evaluate children of the best trade-offs, generation by generation."""
-        for _ in range(generations if len(self.front) else 0):
+        for _ in range(_FRONTS if len(self.front) else 0):
             one, two = self._parents(), self._parents()
             step = 10 ** self.draw.uniform(*_STEPS, one.shape) * self.draw.normal(size=one.shape)
             alone = self.draw.uniform(size=one.shape) < 1 / one.shape[1]

@@ -94,7 +94,7 @@ def test_records_that_differ_are_refused(build: ModuleType, records: dict[str, A
 def test_the_script_writes_the_paper_and_the_note_with_its_figure(
     build: ModuleType, records: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The script finds the records in a folder, and says which one is missing."""
+    """The script finds the records in a folder, and names one that is missing."""
     folder, out = tmp_path / "article", tmp_path / "out"
     shutil.copytree(FOLDER, folder)
     monkeypatch.setattr(build, "HERE", folder)

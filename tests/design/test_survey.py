@@ -84,11 +84,15 @@ def test_a_population_evolves_to_better_places_and_all_are_kept() -> None:
     survey.run(64, 0)
     assert len(survey.cells) == 64
     before = survey.cells.merit(survey.program).min() * survey.program.unit
-    survey.evolve(20)
-    after = survey.cells.merit(survey.program).min() * survey.program.unit
+    survey.evolve()
+    merit = survey.cells.merit(survey.program)
+    after = merit.min() * survey.program.unit
     assert len(survey.cells) > 64
-    # The optimum, 1.372648972, is at (0.332, 0, 1) of the bounds.
-    assert 1.372648972 < after < 1.4 < before
+    # One optimum, 1.389140, is at (0.431, 0, 0.094) of the bounds, another, 1.372649, at (0.332, 0,
+    # 1): the population meets the bounds themselves.
+    assert 1.372648 < after < 1.38915 < 1.4 < before
+    assert survey.cells.u[merit.argmin(), 1] == 0.0
+    assert abs(survey.cells.u - 0.5).max() <= 0.5
 
 
 def test_motions_of_several_periods_are_closed_with_their_numbers() -> None:
@@ -112,7 +116,8 @@ def test_the_best_that_starts_lead_to_ends_at_the_edge_of_where_they_do() -> Non
     found = cs.optimise("speed_per_work", NARROW, BESIDE, samples=128)
     assert (found.status, found.bifurcation) == ("optimal-at-border", BASIN)
     assert found.success
-    assert found.value == pytest.approx(0.869758, abs=1e-5)
+    # The best along the boundary, 0.869758, is not searched for: only the place is in it.
+    assert 0.869 < found.value < 0.86976
     own, beyond = (
         cs.solve_orbit(found.system.replace(omega=found.system.omega + way))
         for way in (1e-5, -1e-4)

@@ -26,7 +26,6 @@ WORSE, SEEDS_APART = 1e-6, 1e-9
 ENDED = ("optimal", "optimal-at-border")
 BESIDE = 8  # places next to an answer
 RIDDLED = 0.02  # of neighbours near to the best on different motions: no best can be found there
-SAMPLES = 2048  # of a survey, by default
 LIMIT = 600.0  # seconds after which an answer is given up
 
 
@@ -37,7 +36,7 @@ def forced(number: int, cells: int) -> Record:
     return found | brute.best_of(given, cells, number)
 
 
-def answered(number: int, seed: int, samples: int = SAMPLES) -> Record:
+def answered(number: int, seed: int, samples: int | None = None) -> Record:
     """Result of `optimise` with a seed, by a survey of so many cells, and its time."""
     given = problem(number)
     wall, clock = time.perf_counter(), time.process_time()
@@ -197,9 +196,11 @@ def code() -> str:
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
 
 
-def check(problems: int, cells: int, seeds: int, samples: int, only_known: bool, out: Path) -> int:
+def check(
+    problems: int, cells: int, seeds: int, samples: int | None, only_known: bool, out: Path
+) -> int:
     """Check so many problems, or those that brute force has done, with so many seeds."""
-    survey = f"-{samples}" if samples != SAMPLES else ""
+    survey = f"-{samples}" if samples else ""
     out.mkdir(parents=True, exist_ok=True)
     known = kept(
         out / "brute.jsonl",
