@@ -120,7 +120,7 @@ def test_a_run_that_stopped_early_says_why(inside, monkeypatch: pytest.MonkeyPat
     assert shown.endswith("segment-limit: the run stopped after 400 segments\n")
     assert "global map" not in shown
     record = json.loads(inside("run", "--periods", "200", "--json").stdout)
-    assert record["message"] == "after 400 segments"
+    assert record["message"] == "the run stopped after 400 segments"
     assert (record["itinerary"], len(record["segments"])) == (None, 400)
 
 

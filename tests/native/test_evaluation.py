@@ -318,7 +318,7 @@ def test_a_run_says_how_it_went() -> None:
     assert run.statistics.evaluations == sum(s.evaluations for s in run.segments)
     assert run.statistics.escalations == 0
     cut = simulate(Parameters(), periods=3, max_segments=2)
-    assert (cut.success, cut.message) == (False, "after 2 segments")
+    assert (cut.success, cut.message) == (False, "the run stopped after 2 segments")
 
 
 def test_columns_are_the_segments(run: Trajectory) -> None:
