@@ -36,7 +36,8 @@ _HEAD = """\
 Written by `python -m paper claims --out`. Equation, table, figure and section numbers are those of
 B. Guo and Y. Liu, *Three-dimensional map for a piecewise-linear capsule system with bidirectional
 drifts*, Physica D (2019), doi 10.1016/j.physd.2019.04.008, and so is the notation:
-P1 = v_c, P2 = x_r, P3 = x_r + 2ζ v_r, P4 = P3 + β (x_r − δ). A prime is a derivative in time.
+P1 = v<sub>c</sub>, P2 = x<sub>r</sub>, P3 = x<sub>r</sub> + 2ζ v<sub>r</sub>,
+P4 = P3 + β (x<sub>r</sub> − δ). A prime is a derivative in time.
 
 - **proved**: the statement holds for all parameters, states and times in its scope;
 - **refuted**: a statement of the paper that fails; its witness is an exact point where it does;
@@ -44,13 +45,13 @@ P1 = v_c, P2 = x_r, P3 = x_r + 2ζ v_r, P4 = P3 + β (x_r − δ). A prime is a 
 
 Names that the paper does not have: **n** is the inner product on L1-L4 of the normal that points
 out of stick with the field of stick, positive where stick ends; **L10** is the part of P1 = 0,
-P2 = δ with v_r < 0 and P3 > f_b, present for δ > f_b; **O3** is the point (δ, 0, 0), where L9
-crosses P1 = 0.
+P2 = δ with v<sub>r</sub> < 0 and P3 > f<sub>b</sub>, present for δ > f<sub>b</sub>; **O3** is the
+point (δ, 0, 0), where L9 crosses P1 = 0.
 
 Every proof below is a computation that the command repeats. Signs and inclusions are decided by
 *eliminating the variables* (Fourier-Motzkin elimination: exact for relations linear in the state,
-the force, α, δ and f_b whose coefficients have a known sign); at a witness the printed relation is
-evaluated in rational numbers. The sentence after "Proof" is the same argument by hand.
+the force, α, δ and f<sub>b</sub> whose coefficients have a known sign); at a witness the printed
+relation is evaluated in rational numbers. The sentence after "Proof" is the same argument by hand.
 """
 
 
