@@ -131,7 +131,7 @@ def check_switches(
     truth = simulate(*start, periods=_periods(min(until, horizon), parameters), **settings)
     why = "no double can follow"
     if not truth.success:
-        horizon, why = truth.span[1], f"the exact run stopped: {truth.message}"
+        horizon, why = truth.span[1], f"the exact run ends ({truth.status})"
     table = package("pandas").DataFrame
     entered = np.array([one.name for one in truth.segments[1:]], str)
     exact = table({"exact": np.array(_times(truth), float), "event": entered})

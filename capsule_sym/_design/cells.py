@@ -1,4 +1,4 @@
-"""Metrics, objective and limits of many motions at once: the one evaluation of searches.
+"""Metrics, objective and limits of many motions at once, for surveys and their populations.
 
 A place of the bounds has the motion on which the start settles, by the core. It is unknown if the
 core leaves its run open, or if there is no time for it.
@@ -80,7 +80,7 @@ class Cells:
     slacks: Matrix
     """Slacks of the limits and of the margin of stability, (n, limits)."""
     numbers: NDArray[np.int64]
-    """Excitation periods of the motions; 0 without one, UNKNOWN if unknown."""
+    """Excitation periods of the motions; 0 if not settled within 480, UNKNOWN if unknown."""
 
     def __len__(self) -> int:
         return len(self.u)
@@ -94,7 +94,7 @@ class Cells:
         return np.asarray(np.maximum(0.0, -(self.slacks / program.sizes).min(1, initial=np.inf)))
 
     def merit(self, program: Program) -> Vector:
-        """Objective over its unit (n,), BEYOND or more beyond limits; infinite without a motion."""
+        """Objective over its unit (n,), BEYOND or more beyond limits; infinite if not finite."""
         beyond = self.beyond(program)
         merit = np.where(beyond > KEPT, BEYOND * (1 + beyond), self.objective / program.unit)
         return np.where(np.isfinite(self.objective), merit, np.inf)

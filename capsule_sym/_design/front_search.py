@@ -29,7 +29,7 @@ from capsule_sym._processes import sobol
 
 SAME = 1e-3
 """Least difference of two points in both metrics, a share of the ranges of the front."""
-_SEARCHES = 6  # for each end, half of those of an optimum: the survey may better it
+_SEARCHES = 6  # for each end, fewer than those of an optimum: the survey may better it
 _PIECES = 2  # on which a point is searched: with more a front with riddled basins takes a minute
 _BRANCHES = 2  # from which a point is searched: where a front jumps, two are nearly as good
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
@@ -89,7 +89,10 @@ class FrontSearch:
         self.survey = FrontSurvey(self.program, cost, float(self.ranges[1]), seed)
         self.survey.look(sobol(len(self.program.names), _CELLS * samples, seed))
         self.survey.evolve()
-        self.fill()
+        if len(front := self.survey.front):
+            # The first metric may be as good at a lower cost than at its end.
+            self.add(self.point(float(front[-1, 1])))
+            self.fill()
         for lower, upper, gap in [*zip(self.points, self.points[1:], self.gaps, strict=False)]:
             if gap and np.sum(abs(upper.both - lower.both) / self.ranges) > 2 / self.count:
                 self.add(self.point(float(lower.both[1] + upper.both[1]) / 2))

@@ -161,7 +161,7 @@ def _status(best: LocalOptimum) -> tuple[Status, str]:
     messages = {
         "": "an optimum on a border: it is worse on each side",
         BASIN: f"bounded by a basin boundary, beyond which the start settles elsewhere, at {limit}",
-        KINK: "bounded by borders that meet: none of many places beside it is better",
+        KINK: "bounded by borders that meet: no search from it finds a better place",
         LOST: f"bounded by a change of itinerary beyond which the motion is lost, at {limit}",
     }
     stability = f"bounded by a border of stability, {best.bifurcation}, with the limit {limit}"

@@ -65,7 +65,7 @@ def pareto(
     samples : int, default 256, 1 to 1,000,000
         Number of points of the survey of each metric.
     seed : int, default 0, 0 to 10**12
-        Seed of the survey and of the population.
+        Seed of the surveys.
     max_seconds : float, default 60.0, above 0
         Time limit, in seconds of wall time.
     progress : callable, default None

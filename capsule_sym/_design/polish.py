@@ -23,7 +23,7 @@ from capsule_sym._orbits.shooting.stability import floquet_multipliers
 BASIN = "basin boundary"
 """Bound of a place beyond which the start settles elsewhere."""
 KINK = "kink"
-"""Bound of a place with no better neighbour, without solved conditions."""
+"""Bound of a place from which no search finds a better one, without solved conditions."""
 LOST = "border collision"
 """Bound of a place at a change of itinerary beyond which the motion is lost."""
 MARGIN = 1e-2

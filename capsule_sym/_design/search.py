@@ -1,10 +1,11 @@
 """Optimisation: a survey chooses places, each is searched from, and the best is polished.
 
 SciPy's SLSQP follows the motion of each place by continuation, also where the start state no longer
-settles on it. Of the places it passes the best is kept on whose motion the start state settles. The
-best of these are polished to the conditions of an optimum. If none is solved that is as good as an
-unsolved place, that place is the result, and no conditions are solved; at a basin boundary it is
-the last one on the way to a better place beyond.
+settles on it. Of the best places it passes the first is kept on whose motion the start state
+settles. The best of these are polished to the conditions of an optimum. If none is solved that is
+as good as an unsolved place, a further search from that place gives the result, and no conditions
+are solved. A bisection moves it to a basin boundary, if there is one; at a kink a population about
+it evolves.
 """
 
 from __future__ import annotations
@@ -28,12 +29,14 @@ from capsule_sym._design.polish import (
 )
 from capsule_sym._design.program import CLOSE, KEPT, Place, Program
 from capsule_sym._design.stationary import LocalOptimum, balanced, local_search
-from capsule_sym._design.survey import Survey
+from capsule_sym._design.survey import MEMBERS, Survey
 from capsule_sym._errors import Status
 from capsule_sym._map.result import record
 from capsule_sym._native import check_time
 
 _SEARCHES = 8  # at most, for any number of variables: others rarely find a better optimum
+# Shares of each range: reaches of the populations around a kink, the second for the last digits.
+_REACHES = 0.02, 2e-4
 _TRIED = 8  # best places of a search that are checked by a run from the start state
 _POLISHED = 2  # places polished: the second only if the first gives nothing as good
 _UNSATISFIED = "no place within the bounds was found to satisfy "
@@ -57,7 +60,7 @@ class Optimisation:
 
     @property
     def result(self) -> Optimum:
-        """Result; after the time limit the best so far."""
+        """Result; after the time limit the best place that searches began or ended with."""
         found = self.found or self.unfinished()
         if self.survey.unknown:
             unknown = f"; {self.survey.unknown} are unknown: allow more time, or smaller bounds"
@@ -66,7 +69,7 @@ class Optimisation:
 
     @property
     def optimum(self) -> LocalOptimum:
-        """Best optimum."""
+        """Best of the optima, or of the places taken without conditions."""
         return min(self.optima, key=lambda one: one.place.objective)
 
     def run(self, samples: int, seed: int, searches: int = _SEARCHES) -> None:
@@ -90,16 +93,16 @@ class Optimisation:
     def descend(self, first: Place | None) -> Place | None:
         """Best place of a search from one, among those on whose motion the start state settles.
 
-        It settles on that of the first one. None if that has no finite derivatives.
+        It settles on that of the first one. None without a motion there or finite derivatives.
         """
         self.followed += 1
         self.program.progress(f"search {self.followed}")
         if first is None:
             return None
+        self.best = min(first, self.best or first, key=lambda place: place.rank)
         passed = local_search(self.program, first)[:_TRIED]
         best = next(filter(self.settles_there, passed), first)
-        if self.best is None or best.rank < self.best.rank:
-            self.best = best
+        self.best = min(best, self.best, key=lambda place: place.rank)
         check_time()
         return best
 
@@ -114,7 +117,10 @@ class Optimisation:
             else:
                 unsolved.append(place)
         if unsolved and unsolved[0].objective < self.least - KEPT:
-            self.optima.append(self.unsolved(unsolved[0]))
+            best = self.unsolved(unsolved[0])
+            if best.bifurcation == KINK:
+                best = self.unsolved(self.improved(best.place))
+            self.optima.append(best)
 
     def solved(self, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
         """Optimum next to a place, on whose motion the start state settles; None if not found."""
@@ -131,29 +137,44 @@ class Optimisation:
         return float(min(values, default=np.inf))
 
     def settles_there(self, place: Place) -> bool:
-        """True if the start state settles on a motion of the same objective, so on the place's."""
-        found = self.program.begin(place.u)
-        return found is not None and bool(np.isclose(place.objective, found.objective, KEPT, KEPT))
+        """True if the start state settles on a motion of the same objective and limits there."""
+        found, limits = self.program.begin(place.u), slice(len(self.program.limits))
+        if found is None or not np.isclose(place.objective, found.objective, KEPT, KEPT):
+            return False
+        return np.allclose(place.slacks[limits], found.slacks[limits], KEPT, KEPT)
+
+    def improved(self, place: Place) -> Place:
+        """Best place by populations around one, on motions on which the start state settles."""
+        for reach in _REACHES:
+            low, high = np.maximum(place.u - reach, 0.0), np.minimum(place.u + reach, 1.0)
+            u = self.survey.evolved([*zip(low, high, strict=True)], x0=place.u, popsize=MEMBERS)
+            better = self.program.begin(u)
+            place = better if better is not None and better.rank < place.rank else place
+        return place
 
     def unsolved(self, place: Place) -> LocalOptimum:
-        """Place taken as the best though no conditions are solved, and what bounds it.
+        """Best place of a search from one, taken without solved conditions, and what bounds it.
 
         That is a basin boundary if continuation finds better motions on which the start state does
-        not settle, a bifurcation next to it, or else a kink.
+        not settle, without a given margin a bifurcation next to it, or else a kink.
         """
         level, kind = (place.beyond, place.objective - KEPT), KINK
         passed = local_search(self.program, place)[:_TRIED]
         better = [one for one in passed if one.rank < level]
         place = next(filter(self.settles_there, better), place)
         if better and place is not better[0]:
-            kind, place = BASIN, self.inset(place, better[0].u)
+            there = self.program.begin(better[0].u)
+            if there is not None and there.rank < place.rank:
+                place = there  # on another motion, which is better too
+            else:
+                kind, place = BASIN, self.inset(place, better[0].u)
         elif self.program.margin is None and place.motion.multiplier > 1 - MARGIN:
             kind = bifurcation_of(place.motion) or kind
         found = balanced(self.program, place)
         return replace(found, kkt_satisfied=True, bifurcation=kind, limit=place.objective)
 
     def inset(self, place: Place, beyond: Vector) -> Place:
-        """Best place on the way to one beyond a basin boundary, by bisection."""
+        """Place by bisection towards a better one beyond a basin boundary, while it improves."""
         while abs(beyond - place.u).max() > CLOSE:
             middle = (place.u + beyond) / 2
             found = self.program.begin(middle)

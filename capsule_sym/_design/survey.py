@@ -1,19 +1,21 @@
 """Survey of the bounds: places all over them, then a population that evolves to better ones.
 
-The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) begins with the best
-ones that are distant from each other. All places are kept: searches start at the best of all, again
-distant from each other.
+The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) begins with good ones
+that are distant from each other, and the best of the others. All places are kept: searches start at
+the best ones that no neighbour betters, distant from each other.
 
-Between its ends a front has one survey of both metrics. The places that no other betters in both
-have children. A child differs from one of them, drawn evenly along the approximate front, by a
-share of the difference to another one. The same places, with a bound on the second metric, show
-where a point of the front is searched.
+Between its ends a front has one survey of both metrics. Of a random half of the places those have
+children that no other betters in both. A child differs from one of them, drawn evenly along the
+approximate front, by a share of the difference to another one, in single variables of the range.
+The same places, with a bound on the second metric, show where a point of the front is searched.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +30,9 @@ from capsule_sym._native import Watch, check_time, present
 from capsule_sym._native.watch import silent
 from capsule_sym._processes import sobol
 
-_MEMBERS = 6  # of a population, for each variable: SciPy has 15, but these are the best of many
-_GENERATIONS = 60  # of a population, at most: its places are then close to each other
+MEMBERS = 6
+"""Members of a population for each variable: SciPy has 15, but these are the best of many."""
+_GENERATIONS = 60  # of a population, at most: after them its places are mostly close together
 # Share of each range beyond its bounds: places there count as the nearest ones within, so that a
 # population also meets the bounds themselves, where many optima are.
 _OUTSIDE = 0.1
@@ -44,14 +47,14 @@ class Survey:
         self.program = program
         self.cells = evaluate(program, np.empty((0, len(program.names))))
         self.unknown = ""
-        """Number of unknown places, as a text; empty if there are none."""
+        """Number of unknown places of the first survey, as a text; empty if there are none."""
         self.flat = ""
         """Reason why no place is better than another."""
 
     def run(self, samples: int, seed: int) -> None:
         """Evaluate places all over the bounds; they set the units of the program.
 
-        Raises InvalidInput if the metric is nowhere finite.
+        Raises InvalidInput if there are motions, and the metric is finite at none of them.
         """
         self.program.progress(f"survey, {counted(samples, 'place')}")
         with Watch(_SHARE * present().left):
@@ -63,40 +66,47 @@ class Survey:
             self._scale()
 
     def look(self, u: Matrix) -> Vector:
-        """Merit of further places, which are kept."""
+        """Merit of further places, which are kept; raises TimeUp after the time limit."""
         cells = evaluate(self.program, u)
         check_time()
         self.cells = together([self.cells, cells])
         return cells.merit(self.program)
 
     def evolve(self) -> None:
-        """Evolve a population, first from the best places distant from each other, then others."""
-        merit, k = self.cells.merit(self.program), len(self.program.names)
+        """Evolve a population: good places distant from each other, and the best of the others."""
+        merit, most = self.cells.merit(self.program), MEMBERS * len(self.program.names)
         best = self.cells.u[np.argsort(merit, kind="stable")[: np.isfinite(merit).sum()]]
-        if len(best) < 5:  # of which SciPy makes no population
-            return
-        members = [*self.starts(_MEMBERS * k), *best][: _MEMBERS * k]
-        package("scipy.optimize").differential_evolution(
+        if len(best) >= 5:  # SciPy makes no population of fewer
+            members = {u.tobytes(): u for u in [*self.starts(most), *best]}
+            bounds = [(-_OUTSIDE, 1 + _OUTSIDE)] * len(self.program.names)
+            self.evolved(bounds, init=np.array([*members.values()][:most]))
+
+    def evolved(self, bounds: Sequence[tuple[float, float]], **begin: Any) -> Vector:
+        """Best place of a population within bounds after some generations."""
+        found = package("scipy.optimize").differential_evolution(
             lambda x: self.look(x.T.clip(0.0, 1.0)),
-            [(-_OUTSIDE, 1 + _OUTSIDE)] * k,
+            bounds,
             maxiter=_GENERATIONS,
-            init=np.array(members),
             tol=0.0,
             atol=KEPT,
             rng=len(self.cells),
             polish=False,
             vectorized=True,
             updating="deferred",
+            **begin,
         )
+        return np.asarray(found.x.clip(0.0, 1.0))
 
     def starts(self, most: int) -> list[Vector]:
         """The best places that none of their neighbours betters, distant from each other."""
-        merit, (n, k) = self.cells.merit(self.program), self.cells.u.shape
-        tree = package("scipy.spatial").KDTree(self.cells.u)
-        near = tree.query(self.cells.u, min(n, 4 * k))[1].reshape(n, -1)  # two to each side
+        different = np.unique(self.cells.u, axis=0, return_index=True)[1]
+        cells = self.cells.of(np.sort(different))
+        merit, (n, k) = cells.merit(self.program), cells.u.shape
+        tree = package("scipy.spatial").KDTree(cells.u)
+        near = tree.query(cells.u, min(n, 4 * k))[1].reshape(n, -1)  # some two to each side
         peaks = np.flatnonzero((merit <= merit[near].min(axis=1)) & np.isfinite(merit))
         chosen = list[Vector]()
-        for u in self.cells.u[peaks[np.argsort(merit[peaks], kind="stable")]]:
+        for u in cells.u[peaks[np.argsort(merit[peaks], kind="stable")]]:
             if len(chosen) < most and all(abs(u - one).max() > _APART for one in chosen):
                 chosen.append(u)
         return chosen

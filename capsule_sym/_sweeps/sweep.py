@@ -139,7 +139,10 @@ class Sweep:
         return tuple(-(-n // c) for n, c in zip(self.shape, self.chunk, strict=True))
 
     def region(self, index: int) -> tuple[slice, ...]:
-        """Slices of a chunk; chunks are counted along the last axis first."""
+        """Slices of a chunk; chunks are counted from 0 along the last axis first.
+
+        Raises InvalidInput for another number.
+        """
         check_count("index", index, 0, math.prod(self.chunks) - 1)
         place = np.unravel_index(index, self.chunks)
         return tuple(
@@ -152,7 +155,10 @@ class Sweep:
         return math.prod(part.stop - part.start for part in self.region(index))
 
     def part(self, index: int) -> Sweep:
-        """Chunk of this number, from 0 on, as a sweep of its own; `region` has its cells."""
+        """Chunk of this number, from 0 on, as a sweep of its own; `region` has its cells.
+
+        Raises InvalidInput for another number.
+        """
         parts = zip(self.axes, self.region(index), strict=True)
         axes = tuple(axis.part(where) for axis, where in parts)
         return replace(self, axes=axes, chunk=tuple(map(len, axes)))

@@ -155,7 +155,7 @@ def main() -> None:
         _record(given.records / name, command)
         for name, command in (
             ("paper/casestudy.json", "make paper"),
-            ("enclose.json", "python -m paper enclose --json"),
+            ("enclose.json", f"python -m paper enclose --json > {given.records}/enclose.json"),
             ("verify.json", "make paper"),
         )
     )

@@ -242,6 +242,7 @@ def test_scipys_example_is_checked(tolerance, missed, code, tmp_path, monkeypatc
     done = CliRunner().invoke(group, ["check", "switches.csv", "--json"])
     assert done.exit_code == code
     record = json.loads(done.stdout)
+    assert record["success"] is (code == 0)
     assert sum(len(one["missed"]) for one in record["differences"]) == missed
     assert record["parameters"]["alpha"] == 0.7
     lines = Path("switches.csv").read_text().splitlines()

@@ -199,6 +199,13 @@ def test_constraints_that_cannot_hold_are_named_with_how_far_they_fail() -> None
     assert float(found.message.rsplit(" ", 1)[1]) == pytest.approx(least - 0.5, abs=0.01)
 
 
+@pytest.mark.parametrize(("over", "samples"), [(("alpha",), 256), (("alpha", "omega"), 1024)])
+def test_few_variables_have_a_small_survey(over, samples) -> None:
+    found = cs.optimise("speed_per_work", {name: (0.9, 1.0) for name in over})
+    assert found.success
+    assert found.statistics["samples"] == samples
+
+
 def test_a_device_has_its_optimum_in_its_own_units() -> None:
     found = cs.optimise(
         "speed_per_work", {"P_d": (3.0, 5.0), "Omega": (7.0, 9.0)}, DEVICE, samples=2

@@ -216,6 +216,24 @@ def test_a_place_is_at_a_basin_boundary_if_it_is_better_where_the_start_settles_
     assert found.limit == found.place.objective < off.objective
 
 
+def test_a_place_is_at_no_basin_boundary_if_the_start_settles_on_a_better_motion_beyond(
+    monkeypatch,
+) -> None:
+    """Beyond 0.4 of the bounds the start settles on a motion with twice the metric."""
+    search, off, _ = smooth_search()
+    begin = Program.begin
+
+    def twice(self, u):
+        place = begin(self, u)
+        return place if u[0] < 0.4 else replace(place, objective=2 * place.objective)
+
+    monkeypatch.setattr(Program, "begin", twice)
+    found = search.unsolved(off)
+    assert found.bifurcation != "basin boundary"
+    assert found.place.u[0] > 0.4
+    assert found.place.objective < 1.9 * off.objective < 0
+
+
 @pytest.mark.parametrize(("modulus", "kind"), [(0.995, PERIOD_DOUBLING), (0.98, "kink")])
 def test_a_place_without_better_ones_is_at_a_bifurcation_if_a_multiplier_is_near_the_circle(
     monkeypatch, modulus, kind
