@@ -69,7 +69,7 @@ class Grid:
 
 @dataclass(eq=False)
 class Cells:
-    """Values at n places: objective and slacks, and the motion.
+    """Values at n places: objective, slacks, and the period numbers of the motions.
 
     Nothing has a unit yet. The objective is nan without a motion, and infinite if the function is
     not finite.

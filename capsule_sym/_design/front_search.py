@@ -25,6 +25,7 @@ from capsule_sym._design.survey import FrontSurvey, Survey, trade_offs
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields
+from capsule_sym._native import check_time
 from capsule_sym._processes import sobol
 
 SAME = 1e-3
@@ -153,6 +154,7 @@ class FrontSearch:
         """True for each step between points if a drive between is worse than both."""
         u, both = (np.array([getattr(one, name) for one in self.points]) for name in ("u", "both"))
         between = self.survey.values(np.linspace(u[:-1], u[1:], 5)[1:-1].reshape(-1, u.shape[1]))
+        check_time()
         worst = np.maximum(both[:-1], both[1:]) + SAME * self.ranges
         return np.asarray((between.reshape(3, -1, 2) > worst).any(axis=(0, 2)))
 

@@ -4,8 +4,8 @@ SciPy's SLSQP follows the motion of each place by continuation, also where the s
 settles on it. Of the best places it passes the first is kept on whose motion the start state
 settles. The best of these are polished to the conditions of an optimum. If none is solved that is
 as good as an unsolved place, a further search from that place gives the result, and no conditions
-are solved. A bisection moves it to a basin boundary, if there is one; at a kink a population about
-it evolves.
+are solved. A bisection moves it to a basin boundary, if there is one; at a kink two populations
+about it evolve, and the search is repeated.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Optimisation:
 
     @property
     def result(self) -> Optimum:
-        """Result; after the time limit the best place that searches began or ended with."""
+        """Result; after the time limit the best place of optima or searches, else of the survey."""
         found = self.found or self.unfinished()
         if self.survey.unknown:
             unknown = f"; {self.survey.unknown} are unknown: allow more time, or smaller bounds"
@@ -91,9 +91,9 @@ class Optimisation:
         return sorted(filter(None, map(self.descend, firsts)), key=lambda place: place.rank)
 
     def descend(self, first: Place | None) -> Place | None:
-        """Best place of a search from one, among those on whose motion the start state settles.
+        """Best of the best eight places of a search, on whose motion the start state settles.
 
-        It settles on that of the first one. None without a motion there or finite derivatives.
+        Without one it is the first place. None without a motion there or finite derivatives.
         """
         self.followed += 1
         self.program.progress(f"search {self.followed}")
@@ -107,20 +107,19 @@ class Optimisation:
         return best
 
     def polish(self, places: Sequence[Place]) -> None:
-        """Polish the best places; one that is not solved counts if it is still the best."""
+        """Polish the best places; search from the best unsolved one if it is still the best."""
         unsolved = list[Place]()
         for place in places[:_POLISHED]:
             if place.beyond or place.objective > self.least - KEPT:
-                continue  # no better than an optimum so far
+                continue  # beyond a limit, or no better than an optimum so far
             if found := self.solved(place):
                 self.optima.append(found)
             else:
                 unsolved.append(place)
         if unsolved and unsolved[0].objective < self.least - KEPT:
-            best = self.unsolved(unsolved[0])
+            self.optima.append(best := self.unsolved(unsolved[0]))
             if best.bifurcation == KINK:
-                best = self.unsolved(self.improved(best.place))
-            self.optima.append(best)
+                self.optima.append(self.unsolved(self.improved(best.place)))
 
     def solved(self, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
         """Optimum next to a place, on whose motion the start state settles; None if not found."""
@@ -139,7 +138,7 @@ class Optimisation:
     def settles_there(self, place: Place) -> bool:
         """True if the start state settles on a motion of the same objective and limits there."""
         found, limits = self.program.begin(place.u), slice(len(self.program.limits))
-        if found is None or not np.isclose(place.objective, found.objective, KEPT, KEPT):
+        if found is None or abs(place.objective - found.objective) > KEPT:
             return False
         return np.allclose(place.slacks[limits], found.slacks[limits], KEPT, KEPT)
 
@@ -174,15 +173,16 @@ class Optimisation:
         return replace(found, kkt_satisfied=True, bifurcation=kind, limit=place.objective)
 
     def inset(self, place: Place, beyond: Vector) -> Place:
-        """Place by bisection towards a better one beyond a basin boundary, while it improves."""
-        while abs(beyond - place.u).max() > CLOSE:
-            middle = (place.u + beyond) / 2
-            found = self.program.begin(middle)
-            if found is not None and found.rank < place.rank:
-                place = found
+        """Last place before a basin boundary on the way to one beyond, if it is better."""
+        last = place
+        while abs(beyond - last.u).max() > CLOSE:
+            middle = (last.u + beyond) / 2
+            found = self.program.beside(last, middle)
+            if found is not None and self.settles_there(found):
+                last = found
             else:
                 beyond = middle
-        return place
+        return min(place, last, key=lambda one: one.rank)
 
     def conclude(self, places: Sequence[Place]) -> Optimum:
         """Best optimum, or why there is none, by the best places."""

@@ -31,7 +31,7 @@ from capsule_sym._native.watch import silent
 from capsule_sym._processes import sobol
 
 MEMBERS = 6
-"""Members of a population for each variable: SciPy has 15, but these are the best of many."""
+"""Members of a population for each variable: SciPy has 15, but a survey gives the best of many."""
 _GENERATIONS = 60  # of a population, at most: after them its places are mostly close together
 # Share of each range beyond its bounds: places there count as the nearest ones within, so that a
 # population also meets the bounds themselves, where many optima are.
@@ -52,7 +52,7 @@ class Survey:
         """Reason why no place is better than another."""
 
     def run(self, samples: int, seed: int) -> None:
-        """Evaluate places all over the bounds; they set the units of the program.
+        """Evaluate places all over the bounds; unless the metric is flat they set the units.
 
         Raises InvalidInput if there are motions, and the metric is finite at none of them.
         """
@@ -68,12 +68,15 @@ class Survey:
     def look(self, u: Matrix) -> Vector:
         """Merit of further places, which are kept; raises TimeUp after the time limit."""
         cells = evaluate(self.program, u)
-        check_time()
         self.cells = together([self.cells, cells])
+        check_time()
         return cells.merit(self.program)
 
     def evolve(self) -> None:
-        """Evolve a population: good places distant from each other, and the best of the others."""
+        """Evolve a population: good places distant from each other, and the best of the others.
+
+        Nothing evolves with fewer than five places.
+        """
         merit, most = self.cells.merit(self.program), MEMBERS * len(self.program.names)
         best = self.cells.u[np.argsort(merit, kind="stable")[: np.isfinite(merit).sum()]]
         if len(best) >= 5:  # SciPy makes no population of fewer
@@ -103,7 +106,7 @@ class Survey:
         cells = self.cells.of(np.sort(different))
         merit, (n, k) = cells.merit(self.program), cells.u.shape
         tree = package("scipy.spatial").KDTree(cells.u)
-        near = tree.query(cells.u, min(n, 4 * k))[1].reshape(n, -1)  # some two to each side
+        near = tree.query(cells.u, min(n, 4 * k))[1].reshape(n, -1)  # with itself
         peaks = np.flatnonzero((merit <= merit[near].min(axis=1)) & np.isfinite(merit))
         chosen = list[Vector]()
         for u in cells.u[peaks[np.argsort(merit[peaks], kind="stable")]]:
@@ -139,7 +142,7 @@ class Survey:
         if cells.beyond(self.program).min() > KEPT:
             return ""
         places = counted(count, "surveyed place")
-        return f"{self.program.name} is {abs(found[0]):g} at each of {places}"
+        return f"{self.program.name} is {self.program.sign * found[0] + 0.0:g} at each of {places}"
 
 
 _FRONTS, _CHILDREN = 24, 256  # generations of a front, and children of each
@@ -160,7 +163,8 @@ class FrontSurvey(Survey):
     def both(self, cells: Cells) -> Matrix:
         """Both metrics (n, 2) of places, to be minimised; infinite beyond limits."""
         both = np.column_stack([cells.objective, -cells.slacks[:, self.count]])
-        beyond = (np.delete(cells.slacks, self.count, axis=1) < 0).any(axis=1)
+        slacks = np.delete(cells.slacks / self.program.sizes, self.count, axis=1)
+        beyond = (slacks < -KEPT).any(axis=1)
         both[beyond | ~np.isfinite(both).all(axis=1)] = np.inf
         return both
 

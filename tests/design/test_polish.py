@@ -173,6 +173,16 @@ def test_the_start_has_to_lead_to_the_motion_of_an_optimum() -> None:
     assert not Optimisation(Survey(first)).settles_there(other)
 
 
+def test_motions_differ_by_limits_and_by_small_changes_of_a_large_objective(monkeypatch) -> None:
+    program = program_of("speed", SMOOTH, None, True, ("work <= 2",), None)
+    search, place = Optimisation(Survey(program)), program.begin(np.array([0.5]))
+    far = replace(place, objective=1e7)
+    monkeypatch.setattr(Program, "begin", lambda self, u: far)
+    assert search.settles_there(far)
+    assert not search.settles_there(replace(far, objective=1e7 + 1e-5))
+    assert not search.settles_there(replace(far, slacks=far.slacks + 1e-5))
+
+
 SMOOTH = {"alpha": (0.9, 1.0)}  # on one branch of smooth orbits
 
 

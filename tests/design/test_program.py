@@ -337,3 +337,6 @@ def test_a_metric_that_nothing_changes_is_flat() -> None:
     found = cs.optimise("alpha", {"omega": (0.5, 1.0)}, samples=2)
     assert (found.status, found.success, found.over) == ("flat", False, {})
     assert found.message == "alpha is 0.7 at each of 2 surveyed places"
+    for maximise in (True, False):
+        found = cs.optimise("0*work-2", {"omega": (0.5, 1.0)}, maximise=maximise, samples=2)
+        assert found.message == "0*work-2 is -2 at each of 2 surveyed places"
