@@ -1,7 +1,7 @@
 """Steady motions and their metrics for the optimiser: from a start, next to another one, or many.
 
-The C core closes a motion and differentiates its metrics. The orbit's equations are used for a
-motion that the core cannot decide, and beyond the place where the map leaves an itinerary.
+The C core closes a motion and differentiates its metrics. The orbit's equations serve on a piece,
+also where the map leaves its itinerary. A motion that the core cannot decide is not found.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def _values(parameters: SceneParameters) -> Vector:
 def settle(
     parameters: SceneParameters, state: Sequence[float], phase: float = 0.0
 ) -> Motion | None:
-    """Motion on which a start settles; None if there is none."""
+    """Motion on which a start settles; None without one, or if the core cannot decide its run."""
     row = _values(parameters)[None]
     found = settle_many(row, state, phase, gradients=True, scene=parameters.scene)
     check_time()
@@ -130,7 +130,7 @@ def _start_of(orbit: Orbit, parameters: SceneParameters) -> tuple[list[float], f
 
 
 def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | None:
-    """Orbit of the same itinerary at other parameters, admissible or not; None if none."""
+    """Motion of the same itinerary at other parameters, admissible or not; None if none."""
     orbit = motion.orbit
     moved = _values(parameters) - _values(motion.parameters)
     with suppress(np.linalg.LinAlgError):

@@ -1,9 +1,10 @@
 """Search for a Pareto front: the best of one metric with a bound on the other, point by point.
 
 A survey shows the approximate front between its ends, the optima of either metric. The place of the
-survey on it that is the farthest from all points becomes the next point: the optimum of the first
-metric, with the second one at most that of the place. It is searched from the best places of two
-branches within this bound, and again if a place that was evaluated later is better.
+survey on it that is the farthest from all points and places so far gives the next bound: the point
+is the optimum of the first metric, with the second one at most that of the place. It is searched
+from two places within this bound that no neighbour betters, and again if a place that was evaluated
+later is better.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ SAME = 1e-3
 """Least difference of two points in both metrics, a share of the ranges of the front."""
 _SEARCHES = 6  # for each end, fewer than those of an optimum: the survey may better it
 _PIECES = 2  # on which a point is searched: with more a front with riddled basins takes a minute
-_BRANCHES = 2  # from which a point is searched: where a front jumps, two are nearly as good
+_PLACES = 2  # from which a point is searched: where a front jumps, two are nearly as good
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
 
 
@@ -43,7 +44,7 @@ class FrontPoint(NamedTuple):
     both: Vector
     optimum: Optimum
     slope: float = math.nan
-    """The front's slope there."""
+    """Gain of the first metric per unit of the second; nan if no bound is active."""
 
 
 class FrontSearch:
@@ -122,20 +123,20 @@ class FrontSearch:
             self.add(found)
 
     def add(self, point: FrontPoint | None) -> None:
-        """Keep a point, also as a place of the survey, and no points that it betters."""
+        """Keep a point that no other betters, also as a place of the survey."""
         if point is None:
             return
-        self.survey.look(point.u[None])
         every = [*self.points, point]
         self.points = [every[i] for i in trade_offs(np.array([one.both for one in every]))]
+        self.survey.look(point.u[None])
 
     def point(self, bound: float) -> FrontPoint | None:
-        """Best of the first metric with the second one at most at a bound.
+        """Best of the first metric with the second one at most at a bound; None without a place.
 
-        Searches begin at the best places of several branches of the survey.
+        Searches begin at the best two places of the survey that no neighbour betters.
         """
         search = Optimisation(self.survey.bounded(bound))
-        places = search.descents(_BRANCHES)
+        places = search.descents(_PLACES)
         if not places or places[0].beyond:
             return None
         found = search.solved(places[0], _PIECES) or search.unsolved(places[0])
@@ -151,7 +152,7 @@ class FrontSearch:
 
     @property
     def gaps(self) -> NDArray[np.bool_]:
-        """True for each step between points if a drive between is worse than both."""
+        """True for each step if one of three drives between is worse than both in a metric."""
         u, both = (np.array([getattr(one, name) for one in self.points]) for name in ("u", "both"))
         between = self.survey.values(np.linspace(u[:-1], u[1:], 5)[1:-1].reshape(-1, u.shape[1]))
         check_time()
@@ -249,6 +250,7 @@ class Front(Result, Labelled):
     def columns(self) -> dict[str, NDArray[Any]]:
         """Points as columns: metrics, variables, slope, part of the front, and the solution."""
         first, second = self.metrics
+        second += " (cost)" * (first == second)  # of two functions without a name
         names = list(self.points[0].over) if self.points else []
         lengths = [part.last - part.first + 1 for part in self.parts]
         return {

@@ -86,7 +86,7 @@ class Optimum(Result):
     bifurcation: str = ""
     """Bound of the best: a basin boundary, a kink, or a bifurcation; else empty."""
     limit: float = math.nan
-    """Limit of the metric there; at a loss of stability the optimum keeps a margin from it."""
+    """Limit of the metric there; at a loss of stability a solved optimum keeps a margin from it."""
     statistics: dict[str, int] = field(default_factory=dict)
     """Number of searches and of points of the survey; empty for a point of a front."""
     _recorded = (
@@ -117,6 +117,8 @@ def optimum_of(best: LocalOptimum) -> Optimum:
     status, message = _status(best)
     slopes = place.objective_by - best.multipliers @ place.slacks_by
     slacks = place.slacks[:count] * program.sizes
+    if program.margin is not None:  # on a piece it is squared
+        slacks[-1] = 1 - program.margin - place.motion.multiplier
     forces = best.multipliers[:count] * unit / program.sizes
     ranges = program.high - program.low
     return Optimum(
@@ -134,7 +136,7 @@ def optimum_of(best: LocalOptimum) -> Optimum:
             for text, slack, force in zip(program.texts, slacks, forces, strict=True)
         ),
         bounds={
-            name: float(abs(best.bounds[i])) * unit / float(ranges[i])
+            name: max(float(best.bounds[i]), 0.0) * unit / float(ranges[i])
             for i, name in enumerate(program.names)
             if place.u[i] in (0.0, 1.0)
         },

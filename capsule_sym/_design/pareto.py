@@ -31,7 +31,7 @@ def pareto(
 ) -> Front:
     """Pareto front of a metric to maximise, or minimise, against one to minimise.
 
-    About `points` points are spaced evenly along it, between its two ends, the optima of either
+    At most `points` points are spread along it, between its two ends, the optima of either
     metric. Each is the optimum of the first metric, with the second at most that of a place that a
     survey found. `parts` are connected: drives between those of two parts are worse. Otherwise the
     search is as in `optimise`.
@@ -50,7 +50,7 @@ def pareto(
         Values of the other parameters, dimensionless or in SI units. None: those of the case study,
         Parameters().
     points : int, default 50, 2 to 10,000
-        Approximate number of points of the front.
+        Largest number of points of the front.
     maximise : bool, default True
         True for the greatest first metric, False for the least.
     subject_to : sequence of str or tuple, default ()

@@ -57,7 +57,8 @@ class Piece:
     def at(self, u: Vector) -> Place | None:
         """Place at variables, on the itinerary's orbit; None if it is lost."""
         _, near = min(self.known, key=lambda one: float(abs(one[0] - u).max()))
-        motion = same_itinerary_at(near, dimensionless(self.program.system_at(u)))
+        parameters = self.program.parameters_at(u)
+        motion = same_itinerary_at(near, parameters) if parameters else None
         place = self.program.place(u, motion)
         if motion is None or place is None:
             return None
@@ -87,7 +88,7 @@ class Piece:
 def distances(orbit: Orbit | None) -> dict[_Name, tuple[float, Vector]]:
     """Value of each inequality of an orbit's itinerary, with derivatives (p,) along the branch.
 
-    By kind, segment, guard, and number in the order of time. A motion that is its own mirror image
+    By kind, segment, guard, and number in the order of time. The first half of a symmetric motion
     has none here, since their derivatives are not available. A segment that begins at a tangency
     has a duration proportional to the root of the distance in the parameters: the square of its
     duration is smooth.

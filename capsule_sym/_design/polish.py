@@ -101,11 +101,11 @@ def _over_pieces(program: Program, place: Place, pieces: int) -> LocalOptimum | 
                 found = replace(found, bifurcation=LOST, limit=found.place.objective)
             return found
         found = better
-    return found and replace(found, kkt_satisfied=False)
+    return found and replace(found, kkt_satisfied=found.kkt_satisfied and not found.active_borders)
 
 
 def _on_piece(program: Program, place: Place) -> LocalOptimum | None:
-    """Optimum on the piece of a place, near to it; None if its orbit has no equations.
+    """Optimum on the piece of a place, or the best near it; None if its orbit has no equations.
 
     If the conditions are not solved there, a search on the piece comes nearer.
     """
@@ -129,7 +129,7 @@ def _as_good(found: LocalOptimum, best: Place) -> bool:
 
 
 def _around(program: Program, found: LocalOptimum) -> Iterator[Place | None]:
-    """Places across the borders that hold a place; None if its motion is lost there."""
+    """Places across at most three borders that hold a place; None for a lost or another motion."""
     place, normals = found.place, _normals(found)
     far = CLOSE + place.slacks[found.active_borders[:3]].max()
     slope = 1 + abs(program.by_u(place.objective_by)).max()

@@ -14,12 +14,13 @@ import numpy as np
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import Motion, continue_motion, settle
 from capsule_sym._design.quantities import Function, Limit, dimensionless_slopes, named, of, valued
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import package
 from capsule_sym._native.watch import silent
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.shooting.stability import monodromy_matrix
 from capsule_sym._orbits.shooting.taylor import monodromy_derivative
-from capsule_sym._parameters import names_of
+from capsule_sym._parameters import SceneParameters, names_of
 from capsule_sym._systems import System, dimensionless
 
 KEPT = 1e-7
@@ -35,7 +36,8 @@ class Place:
     """Objective and slacks at some variables, with derivatives by all parameters of the system.
 
     The objective is to be minimised, over its unit; a slack is the distance to its limit, over its
-    unit. `slacks` (n,) are those of the limits, then of the stability.
+    unit. `slacks` (n,) are those of the limits, then of the stability. On a piece that of the
+    stability is squared, and those of its borders follow.
     """
 
     u: Vector
@@ -97,6 +99,12 @@ class Program:
         values = self.values_at(u).tolist()
         return self.system.replace(**dict(zip(self.names, values, strict=True)))
 
+    def parameters_at(self, u: Vector) -> SceneParameters | None:
+        """Dimensionless parameters at scaled variables; None if the scene does not allow them."""
+        with suppress(InvalidInput):
+            return dimensionless(self.system_at(u))
+        return None
+
     def by_u(self, rows: Matrix) -> Matrix:
         """Derivatives by the scaled variables, from those by all parameters, (..., k)."""
         columns = [names_of(self.system).index(name) for name in self.names]
@@ -108,11 +116,14 @@ class Program:
 
     def begin(self, u: Vector) -> Place | None:
         """Place with the motion on which the start settles; None if there is none."""
-        return self.place(u, settle(dimensionless(self.system_at(u)), self.start))
+        parameters = self.parameters_at(u)
+        return self.place(u, settle(parameters, self.start) if parameters else None)
 
     def beside(self, near: Place, u: Vector) -> Place | None:
         """Place at other variables, its motion continued from a known one."""
-        return self.place(u, continue_motion(near.motion, dimensionless(self.system_at(u))))
+        parameters = self.parameters_at(u)
+        found = continue_motion(near.motion, parameters) if parameters else None
+        return self.place(u, found)
 
     def place(self, u: Vector, motion: Motion | None) -> Place | None:
         """Place with a motion; None without one, at a fold, or if a value is not finite."""

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import CLOSE, Place, Program
-from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, check_time
 
@@ -57,7 +56,7 @@ class LocalOptimum:
     border: tuple[str, ...] = ()
     """Itineraries of the pieces beside the place, its own first; empty if no border holds it."""
     bifurcation: str = ""
-    """Bound of the best: loss of stability, or a border beyond which the motion is lost."""
+    """Bound of the best: loss of stability, lost motion beyond a border, basin boundary or kink."""
     limit: float = np.nan
     """Limit of the objective there."""
 
@@ -81,7 +80,7 @@ class LocalOptimum:
 
 
 def stationary(model: Piece, place: Place) -> LocalOptimum | None:
-    """Minimum next to a place, by the set of slacks that are active near to it; None if none."""
+    """Place of solved conditions next to one, by the slacks active near to it; None if none."""
     balances = (balanced(model, place, near).multipliers > SOLVED for near in _ACTIVE)
     for active in dict.fromkeys(tuple(each.tolist()) for each in balances):
         with suppress(np.linalg.LinAlgError):  # where an orbit is lost
@@ -144,9 +143,7 @@ def _second(model: Piece, found: LocalOptimum, free: Mask) -> Matrix:
 
 def _at(model: Piece, u: Vector) -> Place:
     """Place at variables; raises LinAlgError if the orbit is lost."""
-    place = None
-    with suppress(InvalidInput):  # beyond the bounds, of a parameter that is not allowed
-        place = model.at(u)
+    place = model.at(u)
     if place is None:
         raise np.linalg.LinAlgError("an orbit is lost")
     return place
@@ -174,7 +171,7 @@ def _with(model: Program | Piece, place: Place, multipliers: Vector, sides: Vect
 
 
 class _Enough(Exception):
-    """Raised at the last evaluation that a search may make."""
+    """Raised in place of an evaluation beyond those that a search may make."""
 
 
 def local_search(model: Program | Piece, first: Place, most: int = MOST) -> list[Place]:

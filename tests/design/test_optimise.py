@@ -206,6 +206,23 @@ def test_few_variables_have_a_small_survey(over, samples) -> None:
     assert found.statistics["samples"] == samples
 
 
+def test_the_slack_of_an_inactive_margin_is_the_distance_of_the_largest_multiplier() -> None:
+    found = cs.optimise("speed_per_work", {"alpha": (0.9, 1.0)}, margin=0.01, samples=4)
+    largest = abs(cs.solve_orbit(found.system).multipliers[0])
+    (stability,) = found.constraints
+    assert not stability.active
+    assert stability.slack == pytest.approx(0.99 - largest, abs=1e-9)
+    assert largest < 0.9
+
+
+def test_a_search_may_meet_parameters_that_are_not_allowed_together() -> None:
+    """Two stops need a distance between them: the corner of both bounds is no system."""
+    base = cs.scenes.prototype.Parameters()
+    over = {"delta_1": (0.0, 0.3), "delta_2": (0.0, 0.3)}
+    found = cs.optimise("delta_1 + delta_2 + 0*work", over, base, maximise=False, samples=16)
+    assert found.over["delta_1"] + found.over["delta_2"] > 0
+
+
 def test_a_device_has_its_optimum_in_its_own_units() -> None:
     found = cs.optimise(
         "speed_per_work", {"P_d": (3.0, 5.0), "Omega": (7.0, 9.0)}, DEVICE, samples=2
