@@ -92,8 +92,8 @@ class FrontSearch:
         self.survey.look(sobol(len(self.program.names), _CELLS * samples, seed))
         self.survey.evolve()
         if len(front := self.survey.front):
-            # The first metric may be as good at a lower cost than at its end.
-            self.add(self.point(float(front[-1, 1])))
+            if front[-1, 0] <= high.both[0] + SOLVED:  # as good as the end, at a lower cost
+                self.points = [low, self.point(float(front[-1, 1])) or high]
             self.fill()
         for lower, upper, gap in [*zip(self.points, self.points[1:], self.gaps, strict=False)]:
             if gap and np.sum(abs(upper.both - lower.both) / self.ranges) > 2 / self.count:
