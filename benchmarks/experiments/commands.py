@@ -29,9 +29,7 @@ def optima(
     problems: Annotated[int, between(1, help="Number of random problems.")] = 40,
     cells: Annotated[int, between(1, help="Cells of brute force for each problem.")] = 100_000,
     seeds: Annotated[int, between(1, help="Number of seeds of each answer.")] = 5,
-    samples: Annotated[
-        int | None, between(1, help="Cells of the survey.")
-    ] = None,
+    samples: Annotated[int | None, between(1, help="Cells of the survey.")] = None,
     known: Annotated[bool, option(help="Only problems that brute force has done.")] = False,
     out: _Kept = Path("results/optima"),
 ) -> None:
