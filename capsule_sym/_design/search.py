@@ -4,8 +4,8 @@ SciPy's SLSQP follows the motion of each place by continuation, also where the s
 settles on it. Of the best places it passes the first is kept on whose motion the start state
 settles. The best of these are polished to the conditions of an optimum. If none is solved that is
 as good as an unsolved place, a further search from that place gives the result, and no conditions
-are solved. A bisection moves it to a basin boundary, if there is one; at a kink two populations
-about it evolve, and the search is repeated.
+are solved. A bisection moves it to a basin boundary, if there is one; at a kink populations about
+it evolve, and the search is repeated.
 """
 
 from __future__ import annotations
@@ -28,15 +28,16 @@ from capsule_sym._design.polish import (
     with_limit,
 )
 from capsule_sym._design.program import CLOSE, KEPT, Place, Program
-from capsule_sym._design.stationary import LocalOptimum, balanced, local_search
+from capsule_sym._design.stationary import SOLVED, LocalOptimum, balanced, local_search
 from capsule_sym._design.survey import MEMBERS, Survey
 from capsule_sym._errors import Status
 from capsule_sym._map.result import record
 from capsule_sym._native import check_time
 
 _SEARCHES = 8  # at most, for any number of variables: others rarely find a better optimum
-# Shares of each range: reaches of the populations around a kink, the second for the last digits.
-_REACHES = 0.02, 2e-4
+# Shares of each range: reaches of the populations around a kink. The best of the first is often at
+# its edge, so that the second has the same reach; the third is for the last digits.
+_REACHES = 0.02, 0.02, 2e-4
 _TRIED = 8  # best places of a search that are checked by a run from the start state
 _POLISHED = 2  # places polished: the second only if the first gives nothing as good
 _UNSATISFIED = "no place within the bounds was found to satisfy "
@@ -146,7 +147,8 @@ class Optimisation:
         """Best place by populations around one, on motions on which the start state settles."""
         for reach in _REACHES:
             low, high = np.maximum(place.u - reach, 0.0), np.minimum(place.u + reach, 1.0)
-            u = self.survey.evolved([*zip(low, high, strict=True)], x0=place.u, popsize=MEMBERS)
+            how = {"x0": place.u, "popsize": MEMBERS, "atol": SOLVED}
+            u = self.survey.evolved([*zip(low, high, strict=True)], **how)
             better = self.program.begin(u)
             place = better if better is not None and better.rank < place.rank else place
         return place

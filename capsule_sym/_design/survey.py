@@ -82,7 +82,7 @@ class Survey:
         if len(best) >= 5:  # SciPy makes no population of fewer
             members = {u.tobytes(): u for u in [*self.starts(most), *best]}
             bounds = [(-_OUTSIDE, 1 + _OUTSIDE)] * len(self.program.names)
-            self.evolved(bounds, init=np.array([*members.values()][:most]))
+            self.evolved(bounds, init=np.array([*members.values()][:most]), atol=KEPT)
 
     def evolved(self, bounds: Sequence[tuple[float, float]], **begin: Any) -> Vector:
         """Best place of a population within bounds after some generations."""
@@ -91,7 +91,6 @@ class Survey:
             bounds,
             maxiter=_GENERATIONS,
             tol=0.0,
-            atol=KEPT,
             rng=len(self.cells),
             polish=False,
             vectorized=True,
