@@ -124,3 +124,18 @@ def test_the_third_order_coefficient_of_the_map_vanishes_there() -> None:
         low, here, high = (third_order(doubling(delta + by)[1]) for by in (-1e-4, 0.0, 1e-4))
         assert low * high < 0
         assert abs(here / ((high - low) / 2e-4)) < 1e-10
+
+
+def test_the_folds_of_doubled_orbits_end_there() -> None:
+    branch, one = doubling(POINT[1] - 3e-4)
+    (fold,) = (
+        bifurcation
+        for new in cs.continue_from(branch, one.label, one.value + 1e-3, points=10)
+        for bifurcation in new.bifurcations
+        if bifurcation.type == kinds.FOLD
+    )
+    curve = cs.continue_bifurcation(fold, "delta", ((0.62, 0.64), (0.979, 0.984)), points=6)
+    (end,) = curve.codimension_two
+    assert (curve.success, end.success) == (True, True)
+    assert end.types == (kinds.FOLD, kinds.GENERALIZED_DOUBLING)
+    assert end.values == pytest.approx(POINT, abs=1e-10)

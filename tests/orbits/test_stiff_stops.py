@@ -8,6 +8,7 @@ import pytest
 import capsule_sym as cs
 from capsule_sym import scenes
 from capsule_sym._orbits.continuation import path
+from capsule_sym.orbits import jacobian, orbit_at
 
 PULSED = {
     "alpha": 0.429432255087572,
@@ -34,6 +35,22 @@ REACTION = {
     "beta": 947.4221707391337,
     "gamma": 4.743980469078068,
     "f_b": 1.0367725573783069,
+}
+FOLDED = {
+    "delta": 0.27835912105661864,
+    "zeta": 0.011626653537442704,
+    "beta": 613.2129000232818,
+    "gamma": 3.2428445557502656,
+    "f_b": 0.6796985625927296,
+}
+HALVED = {
+    "alpha_low": -0.3100553403304964,
+    "D": 0.15962513570908318,
+    "delta": 0.7435211973614841,
+    "zeta": 0.03219632309037885,
+    "beta": 57.27884453209056,
+    "gamma": 0.47020828211365573,
+    "f_b": 1.0256763332721353,
 }
 CASES = [
     ("reaction_pulse", PULSED, 0.2825, 0.278),
@@ -83,3 +100,42 @@ def test_a_curve_of_doubled_orbits_ends_where_their_halves_become_equal() -> Non
     (end,) = curve.codimension_two
     assert (curve.success, end.success, end.types) == (True, True, point.types)
     assert np.all(abs(np.subtract(end.values, point.values)) <= end.uncertainties)
+
+
+def test_a_curve_of_folds_ends_where_a_drift_comes_to_rest() -> None:
+    """There the orbit is at its fold, and the capsule's velocity touches 0."""
+    p = cs.Parameters(alpha=1.16138, omega=0.4902, **FOLDED)
+    orbit = orbit_at(p, (-0.32720335, -0.79672037, 0.61828339), 1)
+    assert orbit is not None
+    fold = cs.continue_orbit(orbit, "omega", 0.4896, points=5).at("FO1")
+    curve = cs.continue_bifurcation(fold, "alpha", ((0.489, 0.4905), (1.14, 1.17)), points=5)
+    (end,) = curve.codimension_two
+    assert (curve.success, end.success, end.types) == (True, True, ("fold", "grazing-sliding"))
+    # The map's own derivative has the multiplier 1 beside it, where the drift has no rest.
+    last = min(curve.points, key=lambda point: abs(point.values[0] - end.values[0]))
+    assert np.allclose(last.values, end.values, rtol=0.01)
+    run = cs.simulate(last.orbit.parameters, last.orbit.trajectory()(last.orbit.parameters.period))
+    assert min(abs(np.linalg.eigvals(jacobian(run)) - 1)) < 1e-6
+    switches = end.orbit.trajectory().span[0] + np.cumsum(end.orbit.durations)
+    (segment,) = end.segments
+    times = np.linspace(switches[segment - 2], switches[segment + 1], 10_001)
+    assert abs(end.orbit.trajectory()(times)[:, 2]).min() < 1e-6
+
+
+def test_a_curve_of_folds_ends_where_the_halves_of_its_orbits_become_equal() -> None:
+    """There the edge of the drive and a period doubling meet on the branch of the half orbit."""
+    scene, ranges = scenes.reaction_pulse.Parameters, ((0.979, 1.02), (0.9, 0.96))
+    twice = orbit_at(
+        scene(alpha=0.97935, omega=0.9202035711921273, **HALVED), (-0.078557, 0.258644, 0.0), 2
+    )
+    once = orbit_at(scene(alpha=1.0, omega=0.9423605928290067, **HALVED), (-0.14147, 0.244, 0.0), 1)
+    assert twice is not None
+    assert once is not None
+    fold = cs.continue_orbit(twice, "alpha", 0.95, points=5).at("FO1")
+    curve = cs.continue_bifurcation(fold, "omega", ranges, points=10)
+    edge = cs.continue_orbit(once, "alpha", 1.02, points=5).at("ED1")
+    (point,) = cs.continue_bifurcation(edge, "omega", ranges, points=5).codimension_two
+    end = curve.codimension_two[-1]
+    assert (curve.success, end.success, end.types) == (True, True, ("fold", "edge"))
+    assert point.types == ("edge", "period doubling")
+    assert np.all(abs(np.subtract(end.values, point.values)) <= 1e-9)

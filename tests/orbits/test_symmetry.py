@@ -14,7 +14,7 @@ import capsule_sym as cs
 from capsule_sym import orbits
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation import conditions, kinds
-from capsule_sym._orbits.continuation.conditions import EventSolution, ExtendedSystem
+from capsule_sym._orbits.continuation.conditions import Collapse, EventSolution, ExtendedSystem
 from capsule_sym._orbits.continuation.problem import Family
 from capsule_sym._orbits.shooting.equations import ShootingSystem, shooting
 from capsule_sym.results import Branch, Itinerary, Orbit, Status
@@ -210,10 +210,14 @@ def test_a_zero_of_rounding_beside_a_point_is_no_other_point(monkeypatch) -> Non
     found: list[EventSolution | None] = []
 
     def ended(
-        family: Family, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
+        family: Family,
+        orbit: Orbit,
+        names: tuple[str, ...],
+        segments: tuple[int, ...] = (),
+        collapse: Collapse | None = None,
     ) -> EventSolution | None:
         if orbit.itinerary.fields != (1, 4, 1, 2, 3, 2) or segments != (3, 5):
-            return solved(family, orbit, names, segments)
+            return solved(family, orbit, names, segments, collapse)
         beside = family.corrected_at(family.unknowns(orbit), kinds.DURATIONS + 1, 1.5e-5)
         assert beside is not None
         at, free = beside.at.orbit, tuple(axis.path for axis in family.axes)

@@ -81,19 +81,40 @@ def noise(orbit: Orbit) -> float:
     return _ROUNDINGS * _UNIT * (1 + float(np.max(abs(monodromy_matrix(orbit))))) ** 3
 
 
+class Collapse(NamedTuple):
+    """Itinerary without an inserted segment of duration 0, and its unknowns as a matrix times z.
+
+    A rest of duration 0 within a drift sets the velocity to 0, where the drift alone would not:
+    multipliers of the orbit on this side are those without it.
+    """
+
+    itinerary: Itinerary
+    matrix: Matrix
+
+    def orbit(self, orbit: Orbit) -> Orbit:
+        """The same orbit without the segment."""
+        return orbit_at(orbit.numbers, orbit.values, self.itinerary, self.matrix @ orbit.z)
+
+
 class Condition(NamedTuple):
     """Test function as a condition: it has to vanish.
 
     A degenerate border collision needs its segment of duration 0; a cusp needs a direction `like`
-    that of the fold.
+    that of the fold. With `collapse` the function is that of the orbit without a segment.
     """
 
     name: str
     zero_segment: int | None = None
     like: Vector | None = None
+    collapse: Collapse | None = None
+
+    def at(self, orbit: Orbit) -> Orbit:
+        """Orbit of which this is the test function."""
+        return orbit if self.collapse is None else self.collapse.orbit(orbit)
 
     def value(self, orbit: Orbit) -> float:
         """Test function at an orbit."""
+        orbit = self.at(orbit)
         if self.name == kinds.CUSP:
             return quadratic(orbit, self.like).term
         if self.name == kinds.GENERALIZED_DOUBLING:
@@ -205,7 +226,7 @@ class OrbitEquations:
         if not self.conditions:
             return Evaluation(residual, by, orbit)
         values = [one.value(orbit) for one in self.conditions]
-        rows = np.array([self.row(orbit, one.name) for one in self.conditions])
+        rows = np.array([self.row(orbit, one) for one in self.conditions])
         return Evaluation(np.append(residual, values), np.vstack([by, rows]), orbit)
 
     @property
@@ -220,15 +241,18 @@ class OrbitEquations:
             and segments[k - 1].guard in KINKS
         ]
 
-    def row(self, orbit: Orbit, name: str) -> Vector:
+    def row(self, orbit: Orbit, condition: Condition) -> Vector:
         """Gradient of a test function by the unknowns; zeros if it has no exact gradient."""
-        size, count = DURATIONS + len(self.itinerary), len(self.free)
-        if name not in EXACT:
-            return np.zeros(size - len(self.segments) + count)
+        count = len(self.free)
+        if condition.name not in EXACT:
+            return np.zeros(len(self.rest) + count)
         unit = np.eye(len(orbit.values))
         along = np.array([one.by(unit, orbit.values) for one in self.free])
-        row = gradient_of_test_function(orbit, name, along)
-        return np.array([*row[:size][self.rest], *row[size:]])
+        row = gradient_of_test_function(condition.at(orbit), condition.name, along)
+        by_z, by_free = np.split(row, [len(row) - count])
+        if condition.collapse is not None:
+            by_z = by_z @ condition.collapse.matrix
+        return np.append(by_z[self.rest], by_free)
 
 
 class ExtendedSystem(OrbitEquations):
@@ -307,8 +331,8 @@ class ExtendedSystem(OrbitEquations):
         if not all(abs(closed) <= least + rounding[: len(closed)]):
             return None
         if len(off):
-            rounding[len(closed) :] = noise(orbit)
-            if not max(abs(off)) <= noise(orbit):
+            rounding[len(closed) :] = [noise(one.at(orbit)) for one in self.conditions]
+            if not all(abs(off) <= rounding[len(closed) :]):
                 return None
         if len(residual) > len(unknowns):
             rows = np.linalg.pinv(matrix)[-free:]

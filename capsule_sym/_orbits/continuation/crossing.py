@@ -12,7 +12,7 @@ import numpy as np
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import simulate
 from capsule_sym._orbits.continuation import conditions
-from capsule_sym._orbits.continuation.conditions import EventSolution
+from capsule_sym._orbits.continuation.conditions import EventSolution, noise
 from capsule_sym._orbits.continuation.kinds import DEGENERATE
 from capsule_sym._orbits.continuation.locating import matching, smooth_between
 from capsule_sym._orbits.continuation.parameter_paths import PathAxis
@@ -57,6 +57,9 @@ from capsule_sym._parameters import SceneParameters
 
 NEIGHBOUR_STEP = 1e-4  # distance from an event, in u, at which its two sides are evaluated
 _NEIGHBOUR_SHARES = (1.0, 0.1, 1e-2, 1e-3)  # of it; a smaller one is used if another event is near
+_JUMP = 1e9
+"""Least jump of a test function, in units of its rounding: at a segment of duration 0 derivatives
+have errors of the cube root of the unit."""
 _PLACES = (0.0, 0.37, 1.0)  # of a range, at which the symmetry of motions is tested
 
 
@@ -150,6 +153,7 @@ class Continuation(Family):
         if kinked:
             along = self.direction(both[0]) + _ratio(orbit, both[0]) * self.direction(both[1])
         u = self.unknowns(orbit)
+        self._check_continued(u)
         return self.neighbour(u, along, kinked), u
 
     def _without(self, orbit: Orbit, segment: int) -> tuple[Restart | None, Vector]:
@@ -160,8 +164,20 @@ class Continuation(Family):
         self._keep(change)
         self.itinerary = change.itinerary
         u = self.unknowns(replace(orbit, itinerary=change.itinerary, z=change.z))
+        self._check_continued(u)
         both = [self.neighbour(u, side) for side in self.directions(u)]
         return max(both, key=lambda one: _margin(one, inequality)), u
+
+    def _check_continued(self, u: Vector) -> None:
+        """Raises Stop if the test function of a curve is not 0 at an orbit in the next itinerary.
+
+        The multipliers jump where a drift begins to rest for a moment.
+        """
+        if self.critical is None:
+            return
+        orbit = self.orbit(u)
+        if abs(self.tests(orbit)[self.critical]) > noise(orbit) * _JUMP:
+            raise Stop(Status.CODIMENSION_TWO, "beyond, the multipliers are others")
 
     def symmetric(self, state: Spot) -> Spot:
         """State of the first half of the orbit, if the orbit is its own mirror image."""

@@ -102,8 +102,8 @@ class Curve(Labelled):
         return brief(self, text, f"in {' and '.join(self.parameters)}")
 
 
-_HALVES = 1e-3
-"""Largest distance in state and time of halves that count as nearly equal."""
+_NEAR_HALVES, _EQUAL_HALVES = 1e-2, 1e-3
+"""Largest distances in state and time of halves, where a curve has ended and where it is ended."""
 _SADDLES = "the multipliers of product 1 are real"
 
 
@@ -140,7 +140,12 @@ class CurveRun(PathRun):
         return ending, detail
 
     def check(self, old: Spot, step: Step) -> None:
-        """Raises Stop where a Neimark-Sacker curve ends: beyond, the multipliers are real."""
+        """Raises Stop where a Neimark-Sacker curve ends: beyond, the multipliers are real.
+
+        Also where the folds of doubled orbits end. Beyond, both halves would be the same.
+        """
+        if self.kind == kinds.FOLD and self._ends_halved(step.state, _EQUAL_HALVES):
+            raise Stop(Status.CODIMENSION_TWO, self.problem.where(self.codimension_two[-1].orbit))
         if self.kind == kinds.NEIMARK_SACKER and not has_rotations(step.state.orbit):
             last = self.codimension_two[-1].orbit if step.smooth else old.orbit
             detail = f"{self.problem.where(last)}; beyond, {_SADDLES}"
@@ -262,22 +267,35 @@ class CurveRun(PathRun):
         places = self._place(orbit, self.continuation.zero_segment), kinds.HIGHER
         self._record(here, places, (orbit.itinerary.whole, None), failed, solved=False)
 
-    def _ends_halved(self, state: Spot) -> bool:
-        """True if the halves of a doubled orbit have become equal: the point is then recorded."""
-        orbit, own = state.orbit, self.continuation.zero_segment
-        half = None if own is None else _half(orbit, own)
+    def _ends_halved(self, state: Spot, apart: float = _NEAR_HALVES) -> bool:
+        """True if the halves of a doubled orbit have become equal: the point is then recorded.
+
+        They are no further apart than `apart` at the state. Folds of doubled orbits end where their
+        half doubles, and a segment vanishes that only one half has; if both have the same segments,
+        they end where that doubling is degenerate.
+        """
+        orbit, own, folds = state.orbit, self.continuation.zero_segment, self.kind == kinds.FOLD
+        if folds:
+            own = int(np.argmin(orbit.durations))
+        half = None if own is None else _half(orbit, own, apart)
         if half is None:
             return False
         guess, segment = half
-        family = Continuation(self.problem, guess, segment)
-        found = family.solved(guess, (kinds.PERIOD_DOUBLING,), family.segments)
-        near = _DEGENERATE_DISTANCE
-        if found is None or abs(found.orbit.z - guess.z).max() > near:
+        names: tuple[str, ...] = (kinds.PERIOD_DOUBLING,)
+        smooth = folds and 2 * len(guess.itinerary) == len(orbit.itinerary)
+        family = Continuation(self.problem, guess, None if smooth else segment)
+        if smooth:
+            names = *names, kinds.GENERALIZED_DOUBLING
+        found = family.solved(guess, names, family.segments)
+        if found is None or abs(found.orbit.z - guess.z).max() > _DEGENERATE_DISTANCE:
             return False
         while self.codimension_two and not self.codimension_two[-1].success:
             self.codimension_two.pop()  # of the doubled orbit's equations, singular at this point
-        places = self._place(found.orbit, segment), kinds.EventType(kinds.PERIOD_DOUBLING)
-        self._record(found, places, (orbit.itinerary.whole, None))
+        there = kinds.EventType(names[-1]) if smooth else kinds.place(found.orbit, segment)
+        both = kinds.EventType(kinds.FOLD), there
+        if not folds:
+            both = there, kinds.EventType(kinds.PERIOD_DOUBLING)
+        self._record(found, both, (orbit.itinerary.whole, None))
         return True
 
     def _ends_in_point(self, state: Spot) -> bool:
@@ -303,11 +321,11 @@ class CurveRun(PathRun):
         return True
 
 
-def _half(orbit: Orbit, own: int) -> tuple[Orbit, int] | None:
+def _half(orbit: Orbit, own: int, near: float) -> tuple[Orbit, int] | None:
     """Half of a doubled orbit with its segment of duration 0, as a guess, and its index there.
 
     The segment may be absent from the other half. None if no two states half the time apart differ
-    by less than `_HALVES`.
+    by less than `near`.
     """
     itinerary, n, durations = orbit.itinerary, len(orbit.itinerary), orbit.durations
     if itinerary.period_number % 2 or itinerary.mirrored:
@@ -317,7 +335,7 @@ def _half(orbit: Orbit, own: int) -> tuple[Orbit, int] | None:
     for start, count in product(range(n), range(1, n)):
         late = durations[(start + np.arange(count)) % n].sum() - durations.sum() / 2
         apart = max(abs(late), abs(states[start] - states[(start + count) % n]).max())
-        if (own - start) % n < count and apart < _HALVES:
+        if (own - start) % n < count and apart < near:
             found.append((apart, start, count))
     if not found:
         return None

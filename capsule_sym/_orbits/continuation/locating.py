@@ -10,6 +10,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation import kinds
 from capsule_sym._orbits.continuation.conditions import (
+    Collapse,
     EventSolution,
     evaluate_test_functions,
     has_rotations,
@@ -17,16 +18,13 @@ from capsule_sym._orbits.continuation.conditions import (
 )
 from capsule_sym._orbits.continuation.problem import Event, Family, SmoothEvent, Spot
 from capsule_sym._orbits.shooting.admissibility import (
-    BEFORE_END,
     DURATION,
-    EDGE,
-    LANDING,
     MINIMUM,
     Inequality,
     inequalities,
 )
 from capsule_sym._orbits.shooting.changes import Exchange, insert_segment, zero_segments
-from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
 _SAME_SHARE = 1e-7  # share of a step within which failing inequalities count as one event
@@ -183,19 +181,20 @@ def _locate(family: Family, old: Spot, new: Spot, failed: Inequality, share: flo
         return None
     segments = (*(k for k in kept if k is not None), *vanishing)
     like = replace(orbit, itinerary=change.itinerary, z=change.z)
+    collapse = _collapse(itinerary, failed, len(like.z))
     names = () if family.critical is None else (family.critical,)
-    found = family.solved(like, names, segments)
+    found = family.solved(like, names, segments, collapse)
     if found is None:
         return None
     parts = found.orbit.durations[[segment - 1, segment + 1 - len(found.orbit.durations)]]
     if failed.kind == MINIMUM and min(parts) < 0:
         return None  # it has moved into a neighbour of the segment
     found = found._replace(segments=(*segments[: len(kept)][:1], segment))
-    here = _collapsed(family, failed, found)
-    if here is None:
+    if collapse is None and failed.kind != DURATION:
         q = family.axes[-1].share(found.orbit.values)
         along = float((q - old.u[-1]) / (new.u - old.u)[-1])
     else:
+        here = found.orbit if collapse is None else collapse.orbit(found.orbit)
         along = _share(family, old, new, found._replace(orbit=here))
     outside = _OUTSIDE_SHARE
     if not -outside <= along <= 1 + outside:
@@ -203,20 +202,19 @@ def _locate(family: Family, old: Spot, new: Spot, failed: Inequality, share: flo
     return Event(failed, segment, change, found, along)
 
 
-def _collapsed(family: Family, failed: Inequality, found: EventSolution) -> Orbit | None:
-    """Orbit of an event, in the unknowns of the itinerary without the segment.
+def _collapse(itinerary: Itinerary, failed: Inequality, size: int) -> Collapse | None:
+    """Orbits without the segment that an inequality inserts, from unknowns of so many entries.
 
-    None if that itinerary has one segment.
+    None if nothing is inserted, and if that itinerary has one segment.
     """
-    z, segment = found.orbit.z, kinds.DURATIONS + failed.segment
-    if failed.kind in (LANDING, EDGE, BEFORE_END):
-        more = len(z) - kinds.DURATIONS - len(family.itinerary)
-        z = np.delete(z, range(segment + 1, segment + 1 + more))
-    elif failed.kind == MINIMUM:
-        if family.itinerary.segments[0].guard is None:
-            return None
-        z = np.array([*z[:segment], sum(z[segment : segment + 3]), *z[segment + 3 :]])
-    return replace(found.orbit, z=z[: kinds.DURATIONS + len(family.itinerary)])
+    if failed.kind == DURATION or itinerary.segments[0].guard is None:
+        return None
+    many, first = kinds.DURATIONS + len(itinerary), kinds.DURATIONS + failed.segment
+    if failed.kind == MINIMUM:  # the parts before and after it are one
+        of = [*range(first), *([first] * 3), *range(first + 1, many)]
+        return Collapse(itinerary, np.eye(many)[:, of])
+    inserted = range(first + 1, first + 1 + size - many)
+    return Collapse(itinerary, np.delete(np.eye(size), inserted, axis=0))
 
 
 def _failing_share(held: list[Inequality], failed: Inequality) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._native import TimeUp
 from capsule_sym._native.watch import TOLD
-from capsule_sym._orbits.continuation.conditions import EXACT, EventSolution
+from capsule_sym._orbits.continuation.conditions import EXACT, Condition, EventSolution
 from capsule_sym._orbits.continuation.crossing import Continuation
 from capsule_sym._orbits.continuation.kinds import FOLD
 from capsule_sym._orbits.continuation.locating import first_event, hides, smooth_between
@@ -195,7 +195,7 @@ class PathRun(ABC):
 
     def _slope(self, name: str, state: Spot) -> float:
         """Derivative of a test function along the path."""
-        return float(self.continuation.row(state.orbit, name) @ state.tangent)
+        return float(self.continuation.row(state.orbit, Condition(name)) @ state.tangent)
 
     def _outside(self, u: Vector) -> tuple[int, float] | None:
         """Index and border of the first q outside [0, 1]."""

@@ -15,6 +15,7 @@ from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation import kinds
 from capsule_sym._orbits.continuation.conditions import (
+    Collapse,
     Condition,
     Evaluation,
     EventSolution,
@@ -245,15 +246,20 @@ class Family(OrbitEquations):
         return found | {one.name: one.value(orbit) for one in tests}
 
     def solved(
-        self, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
+        self,
+        orbit: Orbit,
+        names: tuple[str, ...],
+        segments: tuple[int, ...] = (),
+        collapse: Collapse | None = None,
     ) -> EventSolution | None:
         """Orbit near a guess at which test functions vanish and segments have the duration 0.
 
-        All equations are solved as one system; None if Newton's method does not converge.
+        The test functions are those of the orbit without a segment if `collapse` is given. All
+        equations are solved as one system; None if Newton's method does not converge.
         """
         free = tuple(axis.path for axis in self.axes)
         like = np.linalg.svd(orbit.system.by_z)[2][-1]
-        conditions = [Condition(name, self.zero_segment, like) for name in names]
+        conditions = [Condition(name, self.zero_segment, like, collapse) for name in names]
         try:
             return ExtendedSystem(
                 self.numbers, orbit.values, free, orbit.itinerary, segments, conditions
