@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 
 class CapsuleError(Exception):
-    """Base of the package's own exceptions, except `Rejected` and those of declarations."""
+    """Base of the exceptions that functions raise, except `Rejected` and those of declarations."""
 
 
 class InvalidInput(CapsuleError, ValueError):

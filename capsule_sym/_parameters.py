@@ -241,7 +241,8 @@ class SceneParameters(_Frozen):
     """Dimensionless parameters of a scene.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite, of the signs
-    that the scene's declaration gives, and shares in their ranges. A run checks the other ranges.
+    that the scene's declaration gives, and shares in their ranges, and unless two stops are apart.
+    A run checks the other ranges.
     """
 
     __slots__ = ()

@@ -78,8 +78,9 @@ class Attractors(Result, Labelled):
 
     `numbers` has for each start the number of its attractor among `attractors`, or -1 if it has not
     settled on a closed orbit within the run: chaos, an orbit of more than 16 periods, a slow
-    approach, a motion that repeats but does not attract, or a run that could not be decided, or was
-    ended by a time limit or Ctrl-C. `unsettled` is the number of these.
+    approach, a motion that repeats but does not attract, an orbit whose equations are not solved,
+    or a run that could not be decided, or was ended by a time limit or Ctrl-C. `unsettled` is the
+    number of these.
     """
 
     parameters: SceneParameters

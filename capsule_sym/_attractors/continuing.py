@@ -79,7 +79,7 @@ def continue_attractors(
     max_seconds : float, default 600, above 0
         Time limit, in seconds of wall time.
     progress : callable, optional
-        Function that is called with the number of settled runs and that of all runs.
+        Function that is called with the number of runs that are over and that of all runs.
 
     Returns
     -------

@@ -45,8 +45,8 @@ def check_switches(
 
     Errors are compared with their growth: `growth` is the shift of each switch by an error of the
     segments before it. From `horizon` on no double can follow the motion, and switches are not
-    compared. The exact run stops after `max_seconds` or 20,000 segments; switches are then
-    compared up to there.
+    compared. The exact run stops after `max_seconds` or 20,000 segments. Switches are then
+    compared up to there: `message` has the time, and `success` is that of these switches alone.
 
     A switch counts as found if its time is wrong by less than an eighth of a period, and no other
     switch of the same kind is nearer. It is the period of the drive or of the mass on its spring,
@@ -73,7 +73,7 @@ def check_switches(
         Tolerance of the integrator, a number without unit. It is compared with the one that
         suffices.
     max_seconds : float, default inf, above 0
-        Time limit of the exact run, in seconds of wall time.
+        Time limit of the exact run, in seconds of wall time. A run in doubles comes before it.
     progress : callable, optional
         Function that is called with the number of whole periods of the exact run.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 from io import StringIO
@@ -53,7 +54,8 @@ def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches
     ------
     InvalidInput
         For a file that cannot be read, for a column that is missing, for a line `# name = value` of
-        another name, and for a value that is no number, with its row.
+        another name, and for a value that is no number or beyond doubles. A time is named with its
+        row.
 
     See Also
     --------
@@ -113,7 +115,7 @@ def _number(field: str, text: str) -> Decimal:
         number = Decimal(text)
     except InvalidOperation:
         raise InvalidInput(field, text, "a number") from None
-    if not number.is_finite():
+    if not math.isfinite(float(number)):
         raise InvalidInput(field, text, "finite")
     return number
 

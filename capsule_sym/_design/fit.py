@@ -74,8 +74,9 @@ def fit(
     loss : {"linear", "cauchy"}, default "linear"
         Loss of the squared residuals. That of Cauchy gives outliers less weight.
     starts : int, default 0, 0 to 100,000
-        Number of further random guesses: within `bounds`, else from half to twice the guess, a
-        phase in its whole period. A guess of either sign changes by up to its size; 0 counts as 1.
+        Number of further random guesses: within `bounds`, else within the parameter's own range if
+        that ends on both sides, else from half to twice the guess. A phase is drawn in its whole
+        period. A guess of either sign changes by up to its size; 0 counts as 1.
     follow : int, default 4, 1 to 1,000
         Number of guesses that are continued: the best ones, of the given guess and all others.
     seed : int, default 0, 0 to 10**12

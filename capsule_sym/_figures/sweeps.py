@@ -69,8 +69,8 @@ def plot_chart(
     Parameters
     ----------
     results : xarray.Dataset
-        Results of a sweep over two parameters, as `open_results` gives. Axes are in SI units where
-        those of the sweep are, else dimensionless.
+        Results of a sweep over two parameters, or of a basin, as `open_results` gives. Axes are in
+        SI units where those of the sweep are, else dimensionless.
     curves : sequence of mapping, default ()
         Curves of bifurcations over the same two parameters, as `capsule-sym curve --json` prints
         them.
@@ -89,7 +89,7 @@ def plot_chart(
     Raises
     ------
     InvalidInput
-        For results of another kind, and for curves over other parameters.
+        For results without itineraries over two axes, and for curves over other ones.
 
     See Also
     --------
@@ -109,7 +109,7 @@ def plot_chart(
     ['1  F5 F4 F1 F2', '2  F5 F4 F1 F2 F3 F2', '3  F5 F2']
     """
     if "itinerary" not in results or len(results["itinerary"].dims) != 2:
-        raise InvalidInput("results", sorted(map(str, results)), "itineraries over two parameters")
+        raise InvalidInput("results", sorted(map(str, results)), "itineraries over two axes")
     codes, texts = results["itinerary"], itineraries.texts(results)
     late, said = unsettled(results)
     none = ~late & ~np.isin(codes.values, [*texts])
@@ -137,7 +137,7 @@ def plot_chart(
     if alone:
         key = handles_of([axes]) + _handles(areas)
         add_key(figure, key, below=True, handlelength=DASHES)
-    return describe(figure, "Itineraries over two parameters", axes=[first, second])
+    return describe(figure, "Itineraries over two axes", axes=[first, second])
 
 
 class _Area(NamedTuple):

@@ -216,6 +216,8 @@ def test_a_file_has_switches_and_what_they_are_of(tmp_path):
         ("time,entered\n1,2,F5\n", "row 1 = '1': must be the first of 2 cells"),
         ("time,entered\n1,F5\n1,2,F5\n", "Expected 2 fields in line 3, saw 3"),
         ("time,entered\none,F5\n", "time in row 1 = 'one': must be a number"),
+        ("time,entered\n1e400,F5\n", "time in row 1 = '1e400': must be finite"),
+        ("# alpha = 1e400\ntime,entered\n", "# alpha = '1e400': must be finite"),
         ("time,entered\n1,F5\n2,F9\n", "entered in row 2"),
         ("# alhpa = 1\ntime,entered\n", "# name = 'alhpa'"),
         ("# state = 1\ntime,entered\n", "three numbers"),

@@ -135,6 +135,7 @@ BAD: list[tuple[Call, dict[str, Any], str]] = [
     (cs.search_orbits, {"starts": 1, "box": (-1, 1, 1)}, "box"),
     (cs.search_orbits, {"starts": 1, "box": (1, math.nan, 1)}, "box"),
     (cs.search_orbits, {"starts": 1, "box": (1, 1)}, "box"),
+    (cs.search_orbits, {"starts": 1, "box": (1, 1, 1e21)}, "box"),
     (cs.search_orbits, {"starts": 1, "period_numbers": (0,)}, "period_numbers"),
     (cs.search_orbits, {"starts": 1, "period_numbers": (10**9,)}, "period_numbers"),
     (cs.search_orbits, {"starts": 1, "period_numbers": 3}, "period_numbers"),

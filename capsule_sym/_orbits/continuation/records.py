@@ -200,7 +200,7 @@ def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
     Returns
     -------
     Orbit
-        The orbit with the given numbers, not corrected.
+        The orbit with the given numbers, not corrected but for whole turns of the phase.
 
     Raises
     ------
@@ -208,8 +208,8 @@ def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
         For a record that lacks one of these or has another type of it, and for an itinerary or a
         scene that is not known.
     ValueError
-        For values that are no numbers, and if the numbers do not solve the equations of the orbit,
-        with a residual below 1e-6.
+        For values that are no numbers or of another shape, and if the numbers do not solve the
+        equations of the orbit, with a residual below 1e-6.
 
     See Also
     --------

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import Ended, InvalidInput, Status, counted
 from capsule_sym._map import Segment, Trajectory, simulate
-from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
+from capsule_sym._map.checks import LARGEST_STATE, SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.drift import dragged
 from capsule_sym._map.many import spread
 from capsule_sym._map.result import brief
@@ -271,7 +271,7 @@ def search_orbits(
         Number of random starts, at phase 0.
     period_numbers : sequence of int, default (1, 2, 3), each 1 to 1,024
         Numbers of excitation periods over which orbits are searched.
-    box : sequence of 3 floats or None, default None, each finite and at least 0
+    box : sequence of 3 floats or None, default None, each from 0 to 1e20
         Bounds b of (x_r, v_r, v_c), dimensionless; starts are uniform in (-b, b). None is twice the
         largest sizes at the switches of the motion from rest over 20 periods, and at least 1 and
         the gaps.
@@ -374,10 +374,11 @@ class FoundOrbits(Ended, tuple[Orbit, ...]):
 
 
 def _checked_box(box: Sequence[float]) -> NDArray[np.float64]:
-    """Bounds of states; raises InvalidInput unless they are three finite numbers >= 0."""
+    """Bounds of states; raises InvalidInput unless they are three numbers that states may have."""
     bounds = spread("box", box, (3,))
-    if not np.all(np.isfinite(bounds)) or np.any(bounds < 0):
-        raise InvalidInput("box", box, "three bounds of |x_r|, |v_r|, |v_c|, finite and >= 0")
+    if not np.all((bounds >= 0) & (bounds <= LARGEST_STATE)):
+        allowed = f"three bounds of |x_r|, |v_r|, |v_c|, from 0 to {LARGEST_STATE:g}"
+        raise InvalidInput("box", box, allowed)
     return bounds
 
 
