@@ -127,8 +127,8 @@ def spectral_radii(monodromies: Vector) -> Vector:
 def _norms(monodromies: Vector) -> tuple[Vector, Vector]:
     """Matrices B (m, 3, 3) with |x M^T B| <= q |x B|, and shrinking factors for the map, (m,).
 
-    The ellipsoid |x B| <= 1 is within the ball of radius 1. The factors are half-way from q to 1,
-    and 0 for an unstable cycle.
+    The ellipsoid |x B| <= 1 is within the ball of radius 1. The factors are half-way from q to 1.
+    For an unstable cycle the factor is 0, and B is 1.
     """
     largest = spectral_radii(monodromies)
     stable, q = largest < 1, (1 + largest) / 2

@@ -56,7 +56,8 @@ def switch_by_pulse(
     the end. More are tried between those that lead to different attractors: much narrower intervals
     are found beside basin boundaries. The value is the middle of the widest interval. The end of
     a run is unknown if the core cannot decide more than 100 of its segments, or if it is not over
-    within a tenth of the time left.
+    within a tenth of the time left. It counts as leading elsewhere if it takes more than 512
+    periods beyond those in which the end orbit attracts by a factor of 1e6.
 
     Parameters
     ----------
@@ -87,7 +88,8 @@ def switch_by_pulse(
         `value` and `periods` of the pulse, its `work`, and the `transient` after it in excitation
         periods.
         `interval` is the range around the value that leads to the end too. In SI units if the
-        system is a device, else dimensionless. `status` is "found", "no-pulse" or "time-limit".
+        system is a device, else dimensionless. `status` is "found", "no-pulse" or "time-limit"; at
+        a time limit a value is that of a pulse that leads to the end, not of the shortest one.
 
     Raises
     ------

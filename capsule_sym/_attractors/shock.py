@@ -35,7 +35,7 @@ class Shock(Result):
     share of 2e-6, and the least size is the same within the relative `accuracy`, unless another
     part of the boundary is nearer. At a time limit the knock is the smallest one so far. If no
     knock was found, it and its related values are None, and `size` is the radius up to which knocks
-    were tried.
+    were tried, at a time limit that of the ones being tried.
     """
 
     orbit: Orbit

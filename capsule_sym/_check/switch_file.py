@@ -115,7 +115,7 @@ def _number(field: str, text: str) -> Decimal:
         number = Decimal(text)
     except InvalidOperation:
         raise InvalidInput(field, text, "a number") from None
-    if not math.isfinite(float(number)):
+    if not (number.is_finite() and math.isfinite(float(number))):
         raise InvalidInput(field, text, "finite")
     return number
 

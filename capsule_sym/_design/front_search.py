@@ -32,7 +32,6 @@ from capsule_sym._processes import sobol
 SAME = 1e-3
 """Least difference of two points in both metrics, a share of the ranges of the front."""
 _SEARCHES = 6  # for each end, fewer than those of an optimum: the survey may better it
-_PIECES = 2  # on which a point is searched: with more a front with riddled basins takes a minute
 _PLACES = 2  # from which a point is searched: where a front jumps, two are nearly as good
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
 
@@ -139,7 +138,7 @@ class FrontSearch:
         places = search.descents(_PLACES)
         if not places or places[0].beyond:
             return None
-        found = search.solved(places[0], _PIECES) or search.unsolved(places[0])
+        found = search.solved(places[0]) or search.unsolved(places[0])
         limit = len(self.program.limits)
         return self.made(found, optimum_of(found).constraints[limit].multiplier or math.nan)
 

@@ -85,8 +85,8 @@ def errors_of(problem: Misfit, found: Least) -> Errors:
 
     They are H^-1 B H^-1, with H the sum of J^T J over the columns, each times its mean slope of
     influence, and B the same with the mean square of influence. The errors within a column are
-    independent and equally distributed. Both means use n - k of n values; the correction for k
-    unknowns is Huber's (Robust Statistics, 1981, section 7.6). For a linear loss and one column
+    independent and equally distributed. The mean square uses n - k of n values; the correction for
+    k unknowns is Huber's (Robust Statistics, 1981, section 7.6). For a linear loss and one column
     this is the classical covariance.
     """
     residuals, jacobian, data = problem.residuals(found.x), problem.jacobian(found.x), problem.data

@@ -29,25 +29,21 @@ LOST = "border collision"
 MARGIN = 1e-2
 """Distance of the largest multiplier from 1, if stability bounds the best and no margin is given:
 a run needs a thousand periods there."""
-PIECES = 6
-"""Pieces passed on the way to an optimum, at most: each of six variables may cross a border."""
+_PIECES = 2  # moves to a better piece: of 91 optima two needed one, none needed more
 _EVALUATIONS = 30  # of a search on a piece, at most: it begins near to an optimum
 _JUMP = 100  # times the change that the gradient explains: more is another motion, not a kink
 
 
-def polish(program: Program, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
-    """Best place next to a given one, with a margin if stability bounds it; None if none is.
-
-    The search continues in a better piece, at most so many times.
-    """
-    found = _over_pieces(program, place, pieces)
+def polish(program: Program, place: Place) -> LocalOptimum | None:
+    """Best place next to a given one, with a margin if stability bounds it; None if none is."""
+    found = _over_pieces(program, place)
     if found is None or program.margin is not None:
         return found
     if found.kkt_satisfied and found.place.motion.multiplier <= 1:
         return found
     if not found.kkt_satisfied and place.motion.multiplier <= 1 - MARGIN:
         return found
-    return _over_pieces(replace(program, margin=MARGIN), place, pieces)
+    return _over_pieces(replace(program, margin=MARGIN), place)
 
 
 def with_limit(best: LocalOptimum) -> LocalOptimum:
@@ -80,13 +76,13 @@ def bifurcation_of(motion: Motion) -> str:
     return kinds.FOLD if largest.real > 0 else kinds.PERIOD_DOUBLING
 
 
-def _over_pieces(program: Program, place: Place, pieces: int) -> LocalOptimum | None:
-    """Best place next to a place, by at most so many moves to a better piece.
+def _over_pieces(program: Program, place: Place) -> LocalOptimum | None:
+    """Best place next to a place, by at most two moves to a better piece.
 
     It is no optimum if they do not suffice; None if the first piece has no equations.
     """
     found = _on_piece(program, place)
-    for _ in range(pieces):
+    for _ in range(_PIECES):
         if found is None or not found.active_borders:
             return found
         level = found.place.beyond, found.place.objective - SOLVED

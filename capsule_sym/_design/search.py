@@ -22,7 +22,6 @@ from capsule_sym._design.polish import (
     BASIN,
     KINK,
     MARGIN,
-    PIECES,
     bifurcation_of,
     polish,
     with_limit,
@@ -122,10 +121,10 @@ class Optimisation:
             if best.bifurcation == KINK:
                 self.optima.append(self.unsolved(self.improved(best.place)))
 
-    def solved(self, place: Place, pieces: int = PIECES) -> LocalOptimum | None:
+    def solved(self, place: Place) -> LocalOptimum | None:
         """Optimum next to a place, on whose motion the start state settles; None if not found."""
         check_time()
-        found = polish(self.program, place, pieces)
+        found = polish(self.program, place)
         if found and found.kkt_satisfied and self.settles_there(found.place):
             return with_limit(found)
         return None

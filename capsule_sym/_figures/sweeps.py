@@ -123,8 +123,8 @@ def plot_chart(
         for number, (code, text, colour) in enumerate(zip(known, names, colours, strict=True), 1)
         if colour != OTHERS
     ]
-    others = np.isin(codes.values, known[len(areas) :])
-    areas += [_Area(others, OTHERS, f"{len(known) - len(areas)} other itineraries")]
+    pale = [code for code, colour in zip(known, colours, strict=True) if colour == OTHERS]
+    areas += [_Area(np.isin(codes.values, pale), OTHERS, f"{len(pale)} other itineraries")]
     areas += [_Area(late, NOT_SETTLED, said), _Area(none, "", NO_RESULT)]
     _draw_areas(axes, results, codes.dims, areas)
     first, second = map(str, codes.dims)

@@ -62,7 +62,7 @@ def checked_ends(
 
 
 @lru_cache
-def _check_scales(parameters: SceneParameters) -> None:
+def check_scales(parameters: SceneParameters) -> None:
     """Refuse parameters whose powers and quotients overflow or underflow double precision."""
     for field, (low, high) in parameters.scene.facts.RANGES.items():
         value = getattr(parameters, field)
@@ -76,7 +76,7 @@ def check_start(
 ) -> tuple[float, float, float]:
     """State as three floats; raises InvalidInput for any argument that is not allowed."""
     values = checked_state(state)
-    _check_scales(parameters)
+    check_scales(parameters)
     check_phase(phase, parameters.period)
     check_count("periods", periods)
     return values

@@ -126,16 +126,37 @@ def test_the_third_order_coefficient_of_the_map_vanishes_there() -> None:
         assert abs(here / ((high - low) / 2e-4)) < 1e-10
 
 
-def test_the_folds_of_doubled_orbits_end_there() -> None:
-    branch, one = doubling(POINT[1] - 3e-4)
+def folds(away: float, ranges: tuple[tuple[float, float], ...], points: int) -> Curve:
+    """Curve of the folds of doubled orbits, from so far before the point."""
+    branch, one = doubling(POINT[1] - away)
     (fold,) = (
         bifurcation
         for new in cs.continue_from(branch, one.label, one.value + 1e-3, points=10)
         for bifurcation in new.bifurcations
         if bifurcation.type == kinds.FOLD
     )
-    curve = cs.continue_bifurcation(fold, "delta", ((0.62, 0.64), (0.979, 0.984)), points=6)
-    (end,) = curve.codimension_two
-    assert (curve.success, end.success) == (True, True)
-    assert end.types == (kinds.FOLD, kinds.GENERALIZED_DOUBLING)
-    assert end.values == pytest.approx(POINT, abs=1e-10)
+    return cs.continue_bifurcation(fold, "delta", ranges, points=points)
+
+
+@pytest.mark.parametrize(
+    ("away", "ranges", "points"),
+    [
+        (3e-4, ((0.62, 0.64), (0.979, 0.984)), 6),
+        (3e-4, ((0.3, 1.0), (0.5, 1.5)), 2),  # a step leads across it
+        (3e-6, ((0.3, 1.0), (0.5, 1.5)), 2),  # the first step does
+    ],
+)
+def test_the_folds_of_doubled_orbits_end_there_once(away, ranges, points) -> None:
+    curve = folds(away, ranges, points)
+    found = [one for one in curve.codimension_two if one.types[1] == kinds.GENERALIZED_DOUBLING]
+    assert [one.success for one in found] == [True]
+    assert found[0].values == pytest.approx(POINT, abs=1e-10)
+    assert curve.success
+    named = {(one.types, f"{one.values[0]:.8f}") for one in curve.codimension_two}
+    assert len(named) == len(curve.codimension_two)
+
+
+def test_the_folds_do_not_end_at_a_point_beyond_the_range_or_behind_them() -> None:
+    curve = folds(1e-5, ((0.62, 0.64), (0.98, POINT[1] - 2e-7)), 10)
+    assert not curve.codimension_two
+    assert not curve.success

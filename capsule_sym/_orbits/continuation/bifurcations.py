@@ -174,9 +174,9 @@ class CodimensionTwoPoint(SolvedPoint):
 
     `types` and `lines` are those of the curve and of the second condition, `values` the two
     parameters, `uncertainties` bounds on their rounding errors, or widths of the gap if the
-    equations are not solved. `itinerary_after` is None if the
-    curve ends. `segments` are those of `orbit` with duration 0, that of the curve first; if the
-    motion is its own mirror image they are those of its first half.
+    equations are not solved. `itinerary_after` is None if the curve ends, but for Neimark-Sacker
+    curves that end in a resonance. `segments` are those of `orbit` with duration 0, that of the
+    curve first; if the motion is its own mirror image they are those of its first half.
     """
 
     types: tuple[str, str]

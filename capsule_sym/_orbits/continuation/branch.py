@@ -80,7 +80,7 @@ class Branch(Ended, Labelled):
 
     `axis` has the varied parameter and its range. `origin` is the label of the point at which the
     branch leaves another one, such as "PD1", "PD1.2" for the second of several, or "PD1/PD2" on a
-    branch that itself leaves at PD1; it is empty for other branches. All values are dimensionless,
+    branch of a cascade of doublings; it is empty for other branches. All values are dimensionless,
     except a parameter in SI units to which others are tied.
     """
 

@@ -361,8 +361,8 @@ def period_doubling_cascade(
     -------
     tuple of Branch
         The branches of doubled orbits, without the first branch, level by level. `origin` of a
-        branch is the path of labels to it, such as "PD1/PD1". After `max_seconds` the last branch
-        ends with status "time-limit".
+        branch is the path of labels to it, such as "PD1/PD1". After `max_seconds` the branch that
+        is followed ends with status "time-limit", as does one without points if others are due.
 
     Raises
     ------

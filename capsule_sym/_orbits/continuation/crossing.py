@@ -177,7 +177,8 @@ class Continuation(Family):
             return
         orbit = self.orbit(u)
         if abs(self.tests(orbit)[self.critical]) > noise(orbit) * _JUMP:
-            raise Stop(Status.CODIMENSION_TWO, "beyond, the multipliers are others")
+            where = self.problem.where(orbit)
+            raise Stop(Status.CODIMENSION_TWO, f"{where}; beyond, the multipliers are others")
 
     def symmetric(self, state: Spot) -> Spot:
         """State of the first half of the orbit, if the orbit is its own mirror image."""

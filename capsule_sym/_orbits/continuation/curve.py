@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import brief
@@ -104,6 +106,8 @@ class Curve(Labelled):
 
 _NEAR_HALVES, _EQUAL_HALVES = 1e-2, 1e-3
 """Largest distances in state and time of halves, where a curve has ended and where it is ended."""
+_NEAR_POINT = 1e-2
+"""Shares of the ranges within which unsolved points are those of a solved one."""
 _SADDLES = "the multipliers of product 1 are real"
 
 
@@ -142,9 +146,9 @@ class CurveRun(PathRun):
     def check(self, old: Spot, step: Step) -> None:
         """Raises Stop where a Neimark-Sacker curve ends: beyond, the multipliers are real.
 
-        Also where the folds of doubled orbits end. Beyond, both halves would be the same.
+        Also where the folds of doubled orbits end: beyond, the halves exchange places.
         """
-        if self.kind == kinds.FOLD and self._ends_halved(step.state, _EQUAL_HALVES):
+        if self.kind == kinds.FOLD and self._halves_meet(old, step.state):
             raise Stop(Status.CODIMENSION_TWO, self.problem.where(self.codimension_two[-1].orbit))
         if self.kind == kinds.NEIMARK_SACKER and not has_rotations(step.state.orbit):
             last = self.codimension_two[-1].orbit if step.smooth else old.orbit
@@ -267,36 +271,64 @@ class CurveRun(PathRun):
         places = self._place(orbit, self.continuation.zero_segment), kinds.HIGHER
         self._record(here, places, (orbit.itinerary.whole, None), failed, solved=False)
 
-    def _ends_halved(self, state: Spot, apart: float = _NEAR_HALVES) -> bool:
-        """True if the halves of a doubled orbit have become equal: the point is then recorded.
+    def _halves_meet(self, old: Spot, new: Spot) -> bool:
+        """True if the halves of an orbit become equal in a step or ahead; the point is recorded."""
+        before, after = map(_between_halves, (old.orbit, new.orbit))
+        if before @ after < 0:  # they exchange places
+            share = before @ before / (before @ before - before @ after)
+            return self._halved(self.continuation.orbit(old.u + share * (new.u - old.u)), math.inf)
+        size, small = (float(np.linalg.norm(one)) for one in (before, after))
+        if not small < min(_EQUAL_HALVES, size):
+            return False
+        return self._halved(new.orbit, _EQUAL_HALVES, new.u - old.u)
 
-        They are no further apart than `apart` at the state. Folds of doubled orbits end where their
-        half doubles, and a segment vanishes that only one half has; if both have the same segments,
-        they end where that doubling is degenerate.
+    def _ends_halved(self, state: Spot) -> bool:
+        """True if the halves of a doubled orbit have become equal: the point is then recorded."""
+        ahead = state.tangent if self.kind == kinds.FOLD else None
+        return self._halved(state.orbit, _NEAR_HALVES, ahead)
+
+    def _halved(self, orbit: Orbit, near: float, along: Vector | None = None) -> bool:
+        """True if the curve ends next to an orbit whose halves are so near; the point is recorded.
+
+        The point is within the ranges, and if `along` is given ahead in this direction of u.
+        Folds of doubled orbits end where their half doubles, and a segment vanishes that only one
+        half has; if both have the same segments, they end where that doubling is degenerate.
         """
-        orbit, own, folds = state.orbit, self.continuation.zero_segment, self.kind == kinds.FOLD
-        if folds:
-            own = int(np.argmin(orbit.durations))
-        half = None if own is None else _half(orbit, own, apart)
+        own, folds = self.continuation.zero_segment, self.kind == kinds.FOLD
+        half = _half(orbit, own, near) if folds or own is not None else None
         if half is None:
             return False
         guess, segment = half
         names: tuple[str, ...] = (kinds.PERIOD_DOUBLING,)
-        smooth = folds and 2 * len(guess.itinerary) == len(orbit.itinerary)
-        family = Continuation(self.problem, guess, None if smooth else segment)
-        if smooth:
+        if segment is None:
             names = *names, kinds.GENERALIZED_DOUBLING
+        family = Continuation(self.problem, guess, segment)
         found = family.solved(guess, names, family.segments)
         if found is None or abs(found.orbit.z - guess.z).max() > _DEGENERATE_DISTANCE:
             return False
-        while self.codimension_two and not self.codimension_two[-1].success:
+        shares, here = self._shares(found.orbit), self._shares(orbit)
+        behind = along is not None and float((shares - here) @ along[-2:]) < 0
+        if behind or not all(abs(shares - 0.5) <= 0.5):
+            return False
+        while self.codimension_two and self._is_unsolved(self.codimension_two[-1], shares):
             self.codimension_two.pop()  # of the doubled orbit's equations, singular at this point
-        there = kinds.EventType(names[-1]) if smooth else kinds.place(found.orbit, segment)
+        there = kinds.EventType(names[-1])
+        if segment is not None:
+            there = kinds.place(found.orbit, segment)
         both = kinds.EventType(kinds.FOLD), there
         if not folds:
             both = there, kinds.EventType(kinds.PERIOD_DOUBLING)
         self._record(found, both, (orbit.itinerary.whole, None))
         return True
+
+    def _is_unsolved(self, point: CodimensionTwoPoint, shares: Vector) -> bool:
+        """True for an unsolved point next to these shares of the ranges."""
+        apart = max(abs(self._shares(point.orbit) - shares))
+        return not point.success and bool(apart < _NEAR_POINT)
+
+    def _shares(self, orbit: Orbit) -> Vector:
+        """Places of the parameters in their ranges, (2,)."""
+        return np.array([axis.share(orbit.values) for axis in self.problem.axes], dtype=float)
 
     def _ends_in_point(self, state: Spot) -> bool:
         """True if the curve has ended in a degenerate point, which is then recorded."""
@@ -321,11 +353,22 @@ class CurveRun(PathRun):
         return True
 
 
-def _half(orbit: Orbit, own: int, near: float) -> tuple[Orbit, int] | None:
+def _between_halves(orbit: Orbit) -> Vector:
+    """Change of the state from an orbit's start to half its time later, (3,)."""
+    if orbit.itinerary.period_number % 2:
+        return np.full(3, math.inf)
+    motion = orbit.trajectory()
+    first, last = motion.span
+    begin, middle = motion([first, (first + last) / 2])[:, :3]
+    return np.asarray(middle - begin)
+
+
+def _half(orbit: Orbit, own: int | None, near: float) -> tuple[Orbit, int | None] | None:
     """Half of a doubled orbit with its segment of duration 0, as a guess, and its index there.
 
-    The segment may be absent from the other half. None if no two states half the time apart differ
-    by less than `near`.
+    The segment may be absent from the other half. Without its index `own` it is the first that only
+    one half has, or None if both have the same. None if no two states half the time apart differ by
+    less than `near`.
     """
     itinerary, n, durations = orbit.itinerary, len(orbit.itinerary), orbit.durations
     if itinerary.period_number % 2 or itinerary.mirrored:
@@ -335,16 +378,23 @@ def _half(orbit: Orbit, own: int, near: float) -> tuple[Orbit, int] | None:
     for start, count in product(range(n), range(1, n)):
         late = durations[(start + np.arange(count)) % n].sum() - durations.sum() / 2
         apart = max(abs(late), abs(states[start] - states[(start + count) % n]).max())
-        if (own - start) % n < count and apart < near:
+        inside = 2 * count >= n if own is None else (own - start) % n < count
+        if inside and apart < near:
             found.append((apart, start, count))
     if not found:
         return None
     _, start, count = min(found)
     turned = rotated(orbit.numbers, itinerary, orbit.z, orbit.system, start)
-    fields = turned.itinerary.fields[:count]
+    fields, others = turned.itinerary.fields[:count], turned.itinerary.fields[count:]
+    segment = None if own is None else (own - start) % n
+    if own is None and fields != others:
+        if len(fields) == len(others):
+            return None
+        pairs = zip(fields, (*others, None), strict=False)
+        segment = next(k for k, (one, other) in enumerate(pairs) if one != other)
     try:
         once = Itinerary.of(fields, itinerary.period_number // 2, scene=itinerary.scene)
     except InvalidInput:
         return None
     z = turned.z[: kinds.DURATIONS + count]
-    return orbit_at(orbit.numbers, orbit.values, once, z), (own - start) % n
+    return orbit_at(orbit.numbers, orbit.values, once, z), segment

@@ -13,6 +13,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.backend import Number
+from capsule_sym._map.checks import check_scales
 from capsule_sym._map.result import brief
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
@@ -176,7 +177,7 @@ class ParameterPath:
             except (NoNumber, TypeError, ValueError) as error:
                 where = f"arithmetic of {self.name} with a value at {at:g} ({error})"
                 raise InvalidInput("ties", [name for name, _ in self.ties], where) from None
-            type(base)(*placed)
+            check_scales(type(base)(*placed))
 
 
 class PathAxis(NamedTuple):

@@ -200,7 +200,8 @@ def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
     Returns
     -------
     Orbit
-        The orbit with the given numbers, not corrected but for whole turns of the phase.
+        The orbit with the given numbers, not corrected. Where a segment ends at an edge of the
+        drive, whole turns of the phase are taken off.
 
     Raises
     ------

@@ -362,7 +362,7 @@ def drive_work(run: Trajectory) -> float:
 def drive_force(run: Trajectory, times: Vector) -> Vector:
     """Force of the drive on the mass at times of a run, (n,), dimensionless.
 
-    Where a pulse rises or falls it is the force after the edge.
+    Where a pulse rises or falls it is that before or after the edge, by rounding of the time.
     """
     omega, records = run.parameters.omega, run.records
     begins = run.span[0] + np.append(0.0, np.cumsum(records["duration"]))[:-1]
