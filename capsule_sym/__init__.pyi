@@ -13,7 +13,6 @@ from capsule_sym._check.check import check_switches as check_switches
 from capsule_sym._design.fit import fit as fit
 from capsule_sym._design.optimise import optimise as optimise
 from capsule_sym._design.pareto import pareto as pareto
-from capsule_sym._design.sensitivities import sensitivities as sensitivities
 from capsule_sym._design.tolerances import tolerances as tolerances
 from capsule_sym._enclosures.certificates.certify import certify_bifurcation as certify_bifurcation
 from capsule_sym._enclosures.certificates.certify import certify_orbit as certify_orbit
@@ -24,6 +23,7 @@ from capsule_sym._errors import InvalidInput as InvalidInput
 from capsule_sym._errors import NotInstalled as NotInstalled
 from capsule_sym._figures.plots import plot as plot
 from capsule_sym._map.many import simulate_many as simulate_many
+from capsule_sym._map.sensitivities import sensitivities as sensitivities
 from capsule_sym._map.simulate import simulate as simulate
 from capsule_sym._orbits.continuation.continue_orbits import (
     continue_bifurcation as continue_bifurcation,

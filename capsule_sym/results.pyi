@@ -10,13 +10,13 @@ from capsule_sym._check.switch_check import SwitchCheck as SwitchCheck
 from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.front_search import Front as Front
 from capsule_sym._design.optimum import Optimum as Optimum
-from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._design.tolerances import Tolerances as Tolerances
 from capsule_sym._enclosures.certificates.checker import Rejected as Rejected
 from capsule_sym._errors import Outcome as Outcome
 from capsule_sym._errors import Status as Status
 from capsule_sym._map.many import Trajectories as Trajectories
 from capsule_sym._map.segments import Segment as Segment
+from capsule_sym._map.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._map.steady import SteadyMotion as SteadyMotion
 from capsule_sym._map.trajectory import Trajectory as Trajectory
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation as Bifurcation

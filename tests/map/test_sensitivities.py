@@ -8,7 +8,7 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import InvalidInput, Parameters, results, sensitivities, simulate
-from capsule_sym._design.sensitivities import columns_of
+from capsule_sym._map.sensitivities import columns_of
 from capsule_sym._native import watch
 from tests.judges import taylor_events
 from tests.sampling import sampled, some

@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arguments import checked
 from capsule_sym._errors import check_one_of, counted
-from capsule_sym._map import Trajectory, evaluation
+from capsule_sym._map import evaluation
 from capsule_sym._map.native import core
 from capsule_sym._map.result import brief
+from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._native import check_time, present
 from capsule_sym._parameters import CAPSULE, Scene
 
