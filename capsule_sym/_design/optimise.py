@@ -45,9 +45,9 @@ def optimise(
 
     A survey of the bounds and a population that evolves from its best points show where to search.
     Local searches follow the motion from there, through changes of itinerary, at which metrics are
-    continuous. Newton's method on the conditions of an optimum follows; at a basin boundary or a
-    kink they are not solved, and `residual` is not small. The result is the best optimum found; it
-    is not proved to be global.
+    continuous. Newton's method on the conditions of an optimum follows. At a basin boundary or a
+    kink, and sometimes beside a bifurcation, they are not solved, and `residual` is not small. The
+    result is the best optimum found; it is not proved to be global.
 
     Points of the survey whose runs the core cannot decide, or for which there is no time, are
     unknown: the message has their number.

@@ -1,8 +1,8 @@
 """Polish of a place near a local best to an optimum, over the pieces that meet there.
 
 On one piece, the parameters on which an itinerary holds, the problem is smooth, with the piece's
-borders as constraints. If a border is active, the pieces beyond it are examined. The search
-continues in a better piece; if there is none, the place is an optimum at the border.
+borders as constraints. If borders are active, the pieces beyond three of them are examined. The
+search continues in a better piece; if there is none, the place is the best at the border.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from capsule_sym._orbits.shooting.stability import floquet_multipliers
 BASIN = "basin boundary"
 """Bound of a place beyond which the start settles elsewhere."""
 KINK = "kink"
-"""Bound of a place from which no search finds a better one, without solved conditions."""
+"""Bound of a place without solved conditions, if it is no other bound."""
 LOST = "border collision"
-"""Bound of a place at a change of itinerary beyond which the motion is lost."""
+"""Bound of a place at a change of itinerary beyond which the motion is lost or another one."""
 MARGIN = 1e-2
 """Distance of the largest multiplier from 1, if stability bounds the best and no margin is given:
 a run needs a thousand periods there."""
@@ -57,7 +57,7 @@ def with_limit(best: LocalOptimum) -> LocalOptimum:
         program = replace(best.program, margin=float(margin))
         closer = _on_piece(program, place)
         if not (closer and closer.kkt_satisfied and closer.at_margin):
-            return best  # the best is stable within the given margin
+            return best  # the best is stable within the given margin, or this one is not solved
         place = closer.place
         values.append(place.objective)
     if not values:
@@ -103,7 +103,7 @@ def _over_pieces(program: Program, place: Place) -> LocalOptimum | None:
 def _on_piece(program: Program, place: Place) -> LocalOptimum | None:
     """Optimum on the piece of a place, or the best near it; None if its orbit has no equations.
 
-    If the conditions are not solved there, a search on the piece comes nearer.
+    If the conditions are not solved there, or not as good, a search on the piece comes nearer.
     """
     piece = Piece(program, place)
     first = piece.at(place.u)

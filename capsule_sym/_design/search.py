@@ -1,11 +1,16 @@
-"""Optimisation: a survey chooses places, each is searched from, and the best is polished.
+"""Optimisation: a survey, a population, searches from the best places, and a polish of the best.
 
-SciPy's SLSQP follows the motion of each place by continuation, also where the start state no longer
-settles on it. Of the best places it passes the first is kept on whose motion the start state
-settles. The best of these are polished to the conditions of an optimum. If none is solved that is
-as good as an unsolved place, a further search from that place gives the result, and no conditions
-are solved. A bisection moves it to a basin boundary, if there is one; at a kink populations about
-it evolve, and the search is repeated.
+The survey looks at places all over the bounds; a population evolves from its best places. Searches
+begin at places that no neighbour betters. SciPy's SLSQP follows the motion of each by continuation,
+also where the start state no longer settles on it. Of the best places it passes the first is kept
+on whose motion the start state settles.
+
+The best two of these are polished to the conditions of an optimum on one itinerary, the second only
+if neither the first's value nor its limit at a loss of stability is as good. If a place is left
+that is better than all optima, a further search from it gives a result without solved conditions.
+Where that search finds better motions on which the start state does not settle, a bisection looks
+for a better place before the basin boundary. At a kink populations in small boxes about the place
+evolve, and the search is repeated.
 """
 
 from __future__ import annotations
@@ -49,7 +54,7 @@ class Optimisation:
         self.survey = survey
         self.followed, self.samples = 0, 0
         self.best: Place | None = None
-        """Best place on whose motion the start state settles."""
+        """Best place of the searches or from which they begin, on the start's own motion."""
         self.optima: list[LocalOptimum] = []
         self.found: Optimum | None = None
 
@@ -60,7 +65,7 @@ class Optimisation:
 
     @property
     def result(self) -> Optimum:
-        """Result; after the time limit the best place of optima or searches, else of the survey."""
+        """Result; after the time limit the best of optima and searches, else of the survey."""
         found = self.found or self.unfinished()
         if self.survey.unknown:
             unknown = f"; {self.survey.unknown} are unknown: allow more time, or smaller bounds"
@@ -73,7 +78,7 @@ class Optimisation:
         return min(self.optima, key=lambda one: one.place.objective)
 
     def run(self, samples: int, seed: int, searches: int = _SEARCHES) -> None:
-        """Survey, search from the best places, and polish the best of what the searches pass."""
+        """Survey, evolve, search from the best places, and polish the best that searches pass."""
         self.samples = samples
         self.survey.run(samples, seed)  # in a share of the time; sets the units
         check_time()
@@ -111,7 +116,7 @@ class Optimisation:
         unsolved = list[Place]()
         for place in places[:_POLISHED]:
             if place.beyond or place.objective > self.least - KEPT:
-                continue  # beyond a limit, or no better than an optimum so far
+                continue  # beyond a limit, or no better than an optimum so far or its limit
             if found := self.solved(place):
                 self.optima.append(found)
             else:
@@ -155,11 +160,13 @@ class Optimisation:
     def unsolved(self, place: Place) -> LocalOptimum:
         """Best place of a search from one, taken without solved conditions, and what bounds it.
 
-        That is a basin boundary if continuation finds better motions on which the start state does
-        not settle, without a given margin a bifurcation next to it, or else a kink.
+        It is a basin boundary if the start state settles neither on the best motion that
+        continuation finds nor on another one there that is better. Without better motions and a
+        given margin it is a bifurcation next to the place. Else it is a kink.
         """
         level, kind = (place.beyond, place.objective - KEPT), KINK
         passed = local_search(self.program, place)[:_TRIED]
+        check_time()
         better = [one for one in passed if one.rank < level]
         place = next(filter(self.settles_there, better), place)
         if better and place is not better[0]:

@@ -20,8 +20,8 @@ from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, check_time
 
 SOLVED = 1e-9
-"""Largest residual of an optimum, and size below which a multiplier has no sign; a share of the
-objective's unit, ten times above the rounding of gradients by an orbit's equations."""
+"""Largest residual of an optimum, and size below which a multiplier has no sign, in units of the
+objective and of the slacks: ten times above the rounding of gradients by an orbit's equations."""
 _ACTIVE = CLOSE, 1e-2  # slacks, in their units, below which constraints may be active, in turn
 _ENOUGH = 1e-12  # residual at which no further step is taken: most gradients round to more
 _STEPS = 10  # steps of Newton's method, which doubles the digits: five suffice, or it diverges
@@ -30,7 +30,7 @@ _DIFFERENCE = 1e-5  # share of the range: square root of the rounding of gradien
 MOST = 100
 """Evaluations of a search, as SciPy's iterations: beside a border a line search has no end."""
 _PRECISE = 1e-11  # units of the objective: accuracy required of SLSQP
-_LOST = 10.0  # units of the objective: above the start by more than all variation, without a motion
+_LOST = 10.0  # units of the objective, above the start, without a motion: about all variation
 _MAX_LOST = 25  # places without a motion: beside a bifurcation each line search meets some
 
 Mask = NDArray[np.bool_]
@@ -48,13 +48,14 @@ class LocalOptimum:
     bounds: Vector
     """Those of the bounds of variables, (k,)."""
     residual: float
-    """Largest of the Lagrangian's derivatives by the scaled variables, of active slacks, and of
-    violations of the others."""
+    """Largest of the Lagrangian's derivatives by the scaled variables at no bound, of the slacks
+    with multipliers, and of violations of the others."""
     kkt_satisfied: bool
     """True if the conditions of a minimum hold, and no piece beyond a border is better; also of a
     place that is taken as the best without conditions."""
     border: tuple[str, ...] = ()
-    """Itineraries of the pieces beside the place, its own first; empty if no border holds it."""
+    """Itineraries of the pieces beside the place, its own first; empty if no border holds it, or
+    without solved conditions."""
     bifurcation: str = ""
     """Bound of the best: loss of stability, lost motion beyond a border, basin boundary or kink."""
     limit: float = np.nan
@@ -105,7 +106,7 @@ def balanced(model: Program | Piece, place: Place, near: float = _ACTIVE[-1]) ->
 
 
 def _solved(model: Piece, place: Place, active: Mask) -> LocalOptimum:
-    """Best place of Newton's method with active slacks, and the bounds that act at a place."""
+    """Best place of Newton's method with active slacks, and variables fixed at bounds nearby."""
     sides, best = _sides(place.u), None
     free = sides == 0
     place = _at(model, np.where(free, place.u, sides > 0))

@@ -4,9 +4,10 @@ The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) be
 that are distant from each other, and the best of the others. All places are kept: searches start at
 the best ones that no neighbour betters, distant from each other.
 
-Between its ends a front has one survey of both metrics. Of a random half of the places those have
-children that no other betters in both. A child differs from one of them, drawn evenly along the
-approximate front, by a share of the difference to another one, in single variables of the range.
+Between its ends a front has one survey of both metrics. Of a random half of the places within the
+limits those have children to which no other is preferred in both metrics. A child differs from one
+of them, drawn evenly along the approximate front, by a share of the difference to another one, in
+single variables of the range.
 The same places, with a bound on the second metric, show where a point of the front is searched.
 """
 
