@@ -52,6 +52,25 @@ HALVED = {
     "gamma": 0.47020828211365573,
     "f_b": 1.0256763332721353,
 }
+PAIRED = {
+    "alpha_low": 1.649481700200122,
+    "D": 0.1863898982236883,
+    "omega": 1.1092255944843221,
+    "delta": 0.8438238538221045,
+    "zeta": 0.05295786169301432,
+    "beta": 19.738921051655648,
+    "gamma": 2.81849298368157,
+    "f_b": 0.9013631510309885,
+}
+LANDED = {
+    "alpha": 1.5230474598474282,
+    "alpha_low": 0.08450576469158477,
+    "D": 0.18911084448528181,
+    "delta": 0.3941830637686804,
+    "zeta": 0.038150650268740365,
+    "gamma": 0.23310364769033556,
+    "f_b": 0.3268279794961723,
+}
 CASES = [
     ("reaction_pulse", PULSED, 0.2825, 0.278),
     pytest.param("capsule", CAPSULE, 0.5223369424795006, 0.3134, marks=pytest.mark.long),
@@ -139,3 +158,45 @@ def test_a_curve_of_folds_ends_where_the_halves_of_its_orbits_become_equal() -> 
     assert (curve.success, end.success, end.types) == (True, True, ("fold", "edge"))
     assert point.types == ("edge", "period doubling")
     assert np.all(abs(np.subtract(end.values, point.values)) <= 1e-9)
+
+
+def test_a_curve_of_edges_passes_where_a_drift_lands_at_the_edge_and_leaves_it_at_once() -> None:
+    """There rest before the edge and the slip beyond it vanish together."""
+    orbit = cs.solve_orbit(scenes.reaction_pulse.Parameters(alpha=1.7344398077764567, **PAIRED))
+    branch = cs.continue_orbit(orbit, "alpha", 2.1, points=10)
+    edge = next(one for one in branch.bifurcations if abs(one.value - 2.0415870483) < 1e-9)
+    curve = cs.continue_bifurcation(edge, "omega", ((1.6, 2.1), (1.0, 1.3)), points=10)
+    assert curve.success, curve.message
+    point = next(one for one in curve.codimension_two if abs(one.values[0] - 2.02715254) < 1e-7)
+    assert (point.success, point.types) == (True, ("edge", "edge"))
+    assert point.itinerary_after is not None
+    # The capsule rests before and after, and the pull after the edge is its bound of friction.
+    first = min(point.segments)
+    state = np.array(point.orbit.system.flows[first].start, dtype=float)
+    pull = pull_of(point.orbit.parameters, state, PAIRED["alpha_low"])
+    assert state[2] == pytest.approx(0.0, abs=1e-12)
+    assert pull == pytest.approx(PAIRED["f_b"], abs=1e-9)
+
+
+def test_a_curve_of_edges_ends_where_a_drift_lands_with_the_pull_at_its_bound() -> None:
+    """There a slip between the landing and the edge vanishes, and the rest that would follow."""
+    p = scenes.reaction_pulse.Parameters(beta=22.115541, omega=0.8064346903898754, **LANDED)
+    orbit = orbit_at(p, (0.25924929, -0.06136122, 0.0), 1)
+    assert orbit is not None
+    edge = cs.continue_orbit(orbit, "beta", 22.0, points=5).at("ED1")
+    curve = cs.continue_bifurcation(edge, "omega", ((17.6, 26.4), (0.64, 0.96)), points=5)
+    assert curve.success, curve.message
+    (end,) = (one for one in curve.codimension_two if one.itinerary_after is None)
+    assert (end.success, end.types) == (True, ("edge", "crossing-sliding"))
+    _, rest, slip = end.segments
+    assert slip == rest + 1
+    state = np.array(end.orbit.system.flows[rest].start, dtype=float)
+    assert state[2] == pytest.approx(0.0, abs=1e-12)
+    pull = pull_of(end.orbit.parameters, state, LANDED["alpha"])
+    assert pull == pytest.approx(-LANDED["f_b"], abs=1e-9)
+
+
+def pull_of(p, state, drive: float) -> float:
+    """Force of spring, damper and stop on the capsule, less the reaction of the drive."""
+    x_r, v_r, _ = state
+    return x_r + 2 * p.zeta * v_r + p.beta * max(x_r - p.delta, 0.0) - drive

@@ -17,7 +17,7 @@ from capsule_sym._orbits.continuation.kinds import DURATIONS, cubic, degeneracy,
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath, PathAxis
 from capsule_sym._orbits.shooting.admissibility import KINKS
 from capsule_sym._orbits.shooting.equations import ROUNDINGS, Matrix, Vector, shooting, solve
-from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
 from capsule_sym._orbits.shooting.taylor import monodromy_derivative
@@ -239,6 +239,7 @@ class OrbitEquations:
             if segments[k].guard is Guard.DRIFT
             and (k - 1) % len(segments) in self.segments
             and segments[k - 1].guard in KINKS
+            and drift(segments[k - 1].field, self.itinerary.scene)
         ]
 
     def row(self, orbit: Orbit, condition: Condition) -> Vector:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -31,7 +32,8 @@ from capsule_sym._orbits.continuation.conditions import (
 from capsule_sym._orbits.continuation.crossing import Continuation
 from capsule_sym._orbits.continuation.path import LEAST_STEP, PathRun, Step
 from capsule_sym._orbits.continuation.problem import OUT_OF_TIME, Event, SmoothEvent, Spot, Stop
-from capsule_sym._orbits.shooting.changes import rotated
+from capsule_sym._orbits.shooting.admissibility import LANDING
+from capsule_sym._orbits.shooting.changes import insert_segment, rotated
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
@@ -255,10 +257,16 @@ class CurveRun(PathRun):
 
         If a neighbour vanishes with it, one of all conditions follows from the others.
         """
+        return self._vanishing(orbit, segments, (kinds.DEGENERATE,))
+
+    def _vanishing(
+        self, orbit: Orbit, segments: tuple[int, ...], names: tuple[str, ...] = ()
+    ) -> EventSolution | None:
+        """Point near an orbit at which segments and test functions vanish together."""
         z = orbit.z.copy()
         z[[kinds.DURATIONS + segment for segment in segments]] = 0.0
         continuation = Continuation(self.problem, orbit, segments[0])
-        found = continuation.solved(replace(orbit, z=z), (kinds.DEGENERATE,), segments)
+        found = continuation.solved(replace(orbit, z=z), names, segments)
         near = _DEGENERATE_DISTANCE
         return found if found is not None and max(abs(found.orbit.z - z)) < near else None
 
@@ -343,7 +351,10 @@ class CurveRun(PathRun):
         solutions = (self._degenerate(orbit, segments) for segments in tried)
         found = next((one for one in solutions if one is not None), None)
         if found is None:
-            return False
+            found = self._lands(state, own, adjacent)
+            if found is None:
+                return False
+            own = found.segments[0]
         others = [k for k in found.segments if k != own]
         at = found.orbit
         if not any(point.at(self._values(at)) for point in known):
@@ -351,6 +362,23 @@ class CurveRun(PathRun):
             found = found._replace(segments=(own, *others))
             self._record(found, (self._place(at, own), there), (orbit.itinerary.whole, None))
         return True
+
+    def _lands(self, state: Spot, own: int, adjacent: Sequence[int]) -> EventSolution | None:
+        """Point near a state at which a drift lands with the pull at its bound.
+
+        The segment of the curve vanishes there with the neighbours and the rest that is inserted.
+        """
+        orbit, numbers = state.orbit, self.problem.numbers
+        for one in state.held:
+            if one.kind != LANDING or not one.value < _DEGENERATE_DISTANCE or not adjacent:
+                continue
+            change, rest = insert_segment(numbers, orbit.itinerary, orbit.z, orbit.system, one)
+            kept = [k for k in (change.kept[k] for k in (own, *adjacent)) if k is not None]
+            like = replace(orbit, itinerary=change.itinerary, z=change.z)
+            found = self._vanishing(like, (kept[0], rest, *kept[1:]))
+            if found is not None:
+                return found
+        return None
 
 
 def _between_halves(orbit: Orbit) -> Vector:
