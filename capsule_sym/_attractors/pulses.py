@@ -89,7 +89,7 @@ def switch_by_pulse(
         periods.
         `interval` is the range around the value that leads to the end too. In SI units if the
         system is a device, else dimensionless. `status` is "found", "no-pulse" or "time-limit"; at
-        a time limit a value is that of a pulse that leads to the end, not of the shortest one.
+        a time limit a value is the middle of the widest window so far, which is not confirmed.
 
     Raises
     ------

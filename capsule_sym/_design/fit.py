@@ -92,8 +92,9 @@ def fit(
     Returns
     -------
     Fit
-        Fitted `values` by name, `standard_errors`, `noise`, `status` and `message`. In SI units if
-        `system` is a device, else dimensionless. `success` is True for the status "converged".
+        Fitted `values` by name and `standard_errors`, in SI units if `system` is a device, else
+        dimensionless; `status` and `message`; and `noise`, in units of each column's standard
+        deviation. `success` is True for the status "converged".
         After `max_seconds` it has the best values of the guesses that are finished, else those of
         the first, and the status "time-limit".
 

@@ -122,7 +122,8 @@ def plot_diagram(
     alone = axes is None
     figure, axes = axes_for(axes, width, 3.3)
     fixed, scene = shared(records[0]), scene_in(records[0]) or CAPSULE
-    units, names = Units.of_known(device, fixed["parameters"], scene), _names(records)
+    units, *_ = (Units.of_known(device, shared(one)["parameters"], scene) for one in records)
+    names = _names(records)
     scale = units.scale(quantity)
     for k, (branch, name) in enumerate(zip(branches, names, strict=True)):
         _draw_branch(axes, branch, quantity, scale, color=SERIES[k % len(SERIES)], label=name)

@@ -51,7 +51,7 @@ class Sensitivities:
     rates: NDArray[np.float64]
     """Rates of change of the states in time, shape (n, 4)."""
     switching_times: NDArray[np.float64]
-    """Times of the switches, shape (m,)."""
+    """Times of the switches between the run's segments, shape (m,)."""
     switching_slopes: NDArray[np.float64]
     """Derivatives of the switching times, shape (m, columns)."""
     scene: Scene

@@ -176,6 +176,16 @@ def of_devices(tmp_path_factory) -> dict[str, Any]:
     return found
 
 
+def test_a_device_has_the_fixed_parameters_of_every_branch(of_devices) -> None:
+    device, _, orbit, record = of_devices["capsule"]
+    other = orbit.parameters.replace(gamma=1.1 * orbit.parameters.gamma)
+    other_record = branch_record(continue_orbit(solve_orbit(other), "alpha", 1.01 * other.alpha))
+    for records in ([record, other_record], [other_record, record]):
+        with pytest.raises(InvalidInput, match="device"):
+            cs.figures.plot_diagram(records, device=device)
+    cs.figures.plot_diagram([record, record], device=device)
+
+
 def test_outliers_do_not_squeeze_a_metric() -> None:
     over = {"alpha": np.linspace(0, 1, 10), "gamma": np.linspace(1, 3, 10)}
     speed, work = np.linspace(0.1, 0.2, 100), np.linspace(0.1, 0.2, 100) ** 2

@@ -182,8 +182,8 @@ def certify_bifurcation(
     event : Proved
         The proved event: its `type`, `line` and `order` of contact. In balls, `values` has alpha,
         `multipliers` the characteristic polynomials on both sides, and `coefficient` the change of
-        alpha over duration^order at the duration 1e-12. To that order it is the `growth` of the
-        bifurcation's `normal_form`.
+        alpha over duration^order at the duration 1e-12. To that order, and without `ties`, it is
+        the `growth` of the bifurcation's `normal_form`.
 
     Raises
     ------
