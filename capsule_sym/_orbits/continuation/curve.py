@@ -372,7 +372,10 @@ class CurveRun(PathRun):
         for one in state.held:
             if one.kind != LANDING or not one.value < _DEGENERATE_DISTANCE or not adjacent:
                 continue
-            change, rest = insert_segment(numbers, orbit.itinerary, orbit.z, orbit.system, one)
+            try:
+                change, rest = insert_segment(numbers, orbit.itinerary, orbit.z, orbit.system, one)
+            except InvalidInput:  # the fields are no itinerary
+                continue
             kept = [k for k in (change.kept[k] for k in (own, *adjacent)) if k is not None]
             like = replace(orbit, itinerary=change.itinerary, z=change.z)
             found = self._vanishing(like, (kept[0], rest, *kept[1:]))
