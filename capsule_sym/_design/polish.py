@@ -29,7 +29,7 @@ LOST = "border collision"
 MARGIN = 1e-2
 """Distance of the largest multiplier from 1, if stability bounds the best and no margin is given:
 a run needs a thousand periods there."""
-_PIECES = 2  # moves to a better piece: of 91 optima two needed one, none needed more
+_PIECES = 3  # moves to a better piece, at most: of 91 optima two needed one, and none more
 _EVALUATIONS = 30  # of a search on a piece, at most: it begins near to an optimum
 _JUMP = 100  # times the change that the gradient explains: more is another motion, not a kink
 
@@ -77,7 +77,7 @@ def bifurcation_of(motion: Motion) -> str:
 
 
 def _over_pieces(program: Program, place: Place) -> LocalOptimum | None:
-    """Best place next to a place, by at most two moves to a better piece.
+    """Best place next to a place, by at most three moves to a better piece.
 
     It is no optimum if they do not suffice; None if the first piece has no equations.
     """
