@@ -29,7 +29,7 @@ LOST = "border collision"
 MARGIN = 1e-2
 """Distance of the largest multiplier from 1, if stability bounds the best and no margin is given:
 a run needs a thousand periods there."""
-_PIECES = 3  # moves to a better piece, at most: of 91 optima two needed one, and none more
+_PIECES = 3  # moves to a better piece: of 91 optima two needed one, a place far away needs three
 _EVALUATIONS = 30  # of a search on a piece, at most: it begins near to an optimum
 _JUMP = 100  # times the change that the gradient explains: more is another motion, not a kink
 

@@ -281,6 +281,8 @@ class CurveRun(PathRun):
 
     def _halves_meet(self, old: Spot, new: Spot) -> bool:
         """True if the halves of an orbit become equal in a step or ahead; the point is recorded."""
+        if old.orbit.itinerary.period_number % 2:
+            return False
         before, after = map(_between_halves, (old.orbit, new.orbit))
         if before @ after < 0:  # they exchange places
             share = before @ before / (before @ before - before @ after)
@@ -386,8 +388,6 @@ class CurveRun(PathRun):
 
 def _between_halves(orbit: Orbit) -> Vector:
     """Change of the state from an orbit's start to half its time later, (3,)."""
-    if orbit.itinerary.period_number % 2:
-        return np.full(3, math.inf)
     motion = orbit.trajectory()
     first, last = motion.span
     begin, middle = motion([first, (first + last) / 2])[:, :3]
