@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import UNKNOWN, drifting, settle_many
 from capsule_sym._design.program import KEPT, Program
-from capsule_sym._design.quantities import with_units
 from capsule_sym._errors import counted
 from capsule_sym._native import present
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances
+from capsule_sym._orbits.quantities import with_units
 from capsule_sym._parameters import Scene, SceneDevice
 from capsule_sym._systems import System, dimensionless, values_of
 

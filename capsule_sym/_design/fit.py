@@ -16,12 +16,12 @@ from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.least_squares import LOSSES, Errors, Least, errors_of, least
 from capsule_sym._design.measured import Measured, measured
 from capsule_sym._design.misfit import OF_START, PHASE, STATE, Misfit, guesses, limits_of, period_of
-from capsule_sym._design.quantities import units_in
 from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._map import checks
 from capsule_sym._map.result import Result, brief
 from capsule_sym._native import TimeUp, Watch
 from capsule_sym._native.watch import silent
+from capsule_sym._orbits.quantities import units_in
 from capsule_sym._systems import System, check_parameter, values_of
 
 _POOR = 0.5  # noise of a column, over its spread: a quarter of its variance is unexplained

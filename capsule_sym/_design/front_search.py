@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
+from capsule_sym._design.functions import Function, valued
 from capsule_sym._design.optimum import Optimum, optimum_of
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function, of, valued
 from capsule_sym._design.search import Optimisation
 from capsule_sym._design.stationary import SOLVED, LocalOptimum
 from capsule_sym._design.survey import FrontSurvey, Survey, trade_offs
@@ -27,6 +27,7 @@ from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._native import check_time
+from capsule_sym._orbits.quantities import of
 from capsule_sym._processes import sobol
 
 SAME = 1e-3

@@ -9,14 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
+from capsule_sym._design.functions import allowed
 from capsule_sym._design.measured import OF_STATE, Measured, about_trend
-from capsule_sym._design.quantities import allowed, varied
 from capsule_sym._errors import InvalidInput, check_one_of, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import checked_ends
 from capsule_sym._map.sensitivities import START, columns_of, sensitivities
 from capsule_sym._native.watch import silent
 from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._orbits.quantities import varied
 from capsule_sym._parameters import SceneDevice, names_of
 from capsule_sym._processes import sobol
 from capsule_sym._systems import System, dimensionless, drives

@@ -12,9 +12,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from capsule_sym._design.counts import MAX_SECONDS, SAMPLES, SEED
+from capsule_sym._design.functions import Function, allowed, function_of, limit_of
 from capsule_sym._design.optimum import Optimum
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function, allowed, function_of, limit_of
 from capsule_sym._design.search import Optimisation
 from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput

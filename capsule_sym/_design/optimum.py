@@ -10,10 +10,10 @@ import numpy as np
 
 from capsule_sym._design.polish import BASIN, KINK, LOST
 from capsule_sym._design.program import KEPT, Place, Program
-from capsule_sym._design.quantities import of, units_in
 from capsule_sym._design.stationary import LocalOptimum
 from capsule_sym._errors import Status
 from capsule_sym._map.result import Result, brief, by_fields
+from capsule_sym._orbits.quantities import of, units_in
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import names_of
 from capsule_sym._systems import System, values_of

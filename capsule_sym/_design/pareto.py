@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 from capsule_sym._design.counts import MAX_SECONDS, POINTS
 from capsule_sym._design.front_search import Front, FrontSearch
+from capsule_sym._design.functions import Function, function_of
 from capsule_sym._design.optimise import check_survey, program_of
-from capsule_sym._design.quantities import Function, function_of
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._systems import System

@@ -13,11 +13,12 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import Motion, continue_motion, settle
-from capsule_sym._design.quantities import Function, Limit, dimensionless_slopes, named, of, valued
+from capsule_sym._design.functions import Function, Limit, named, valued
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import package
 from capsule_sym._native.watch import silent
 from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._orbits.quantities import dimensionless_slopes, of
 from capsule_sym._orbits.shooting.stability import monodromy_matrix
 from capsule_sym._orbits.shooting.taylor import monodromy_derivative
 from capsule_sym._parameters import SceneParameters, names_of

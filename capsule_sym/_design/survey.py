@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.cells import Cells, evaluate, together
+from capsule_sym._design.functions import Function, Limit, named
 from capsule_sym._design.program import KEPT, Program
-from capsule_sym._design.quantities import Function, Limit, named
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.labelled import package
 from capsule_sym._native import Watch, check_time, present

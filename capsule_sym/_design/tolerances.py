@@ -19,8 +19,8 @@ from capsule_sym._attractors.attractor import interval
 from capsule_sym._design.cells import Grid
 from capsule_sym._design.counts import SEED
 from capsule_sym._design.evaluation import settle_many
+from capsule_sym._design.functions import Function, allowed, function_of, named, valued
 from capsule_sym._design.optimise import system_of
-from capsule_sym._design.quantities import Function, allowed, function_of, named, valued
 from capsule_sym._design.variance import MetricSpread, spread
 from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map import checks

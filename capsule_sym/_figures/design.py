@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def metric_label(name: str, system: Any) -> str:
     """A quantity with its unit where the system is a device, else as elsewhere."""
-    from capsule_sym._design.quantities import units_in
+    from capsule_sym._orbits.quantities import units_in
     from capsule_sym._units import METRIC_UNITS
 
     told = known_labels().get(name, name.replace("_", " ") if name in METRIC_UNITS else name)

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.neighbourhoods import stroboscopic
-from capsule_sym._design.quantities import metric_of
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import name_points
 from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of
@@ -28,6 +27,7 @@ from capsule_sym._figures.style import (
 from capsule_sym._figures.units import DIMENSIONLESS, Units, named
 from capsule_sym._orbits.continuation.branch import Branch
 from capsule_sym._orbits.continuation.records import branch_record, orbit_from_record
+from capsule_sym._orbits.quantities import metric_of
 from capsule_sym._parameters import CAPSULE, SceneDevice, scene_in
 from capsule_sym._units import METRIC_UNITS
 

@@ -13,7 +13,6 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
-from capsule_sym._design.quantities import with_derived
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.curves import draw_curve
 from capsule_sym._figures.layout import add_key, axes_for, handles_of
@@ -36,6 +35,7 @@ from capsule_sym._figures.style import (
 )
 from capsule_sym._figures.units import named, prefixed
 from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._orbits.quantities import with_derived
 from capsule_sym._parameters import CAPSULE, scene_in
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.quantities import CellOutcome

@@ -90,7 +90,7 @@ def prefixed(factor: float, unit: str) -> tuple[float, str]:
 
 def named(name: str) -> str:
     """Label of a parameter as files name it, with its unit if it is a device's."""
-    from capsule_sym._design.quantities import units_of
+    from capsule_sym._orbits.quantities import units_of
 
     if name in (known := known_labels()):
         return known[name]

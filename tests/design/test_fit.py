@@ -20,7 +20,7 @@ from capsule_sym._design import misfit as misfit_module
 from capsule_sym._design.least_squares import least
 from capsule_sym._design.measured import measured
 from capsule_sym._design.misfit import Misfit, drawn, limits_of
-from capsule_sym._design.quantities import dimensionless_slopes, varied
+from capsule_sym._orbits.quantities import dimensionless_slopes, varied
 from capsule_sym._parameters import names_of
 from capsule_sym._systems import values_of
 from capsule_sym.inputs import read_measured

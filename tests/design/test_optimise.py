@@ -13,8 +13,8 @@ from capsule_sym._design.evaluation import same_itinerary_at, settle
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimum import optimum_of
 from capsule_sym._design.pieces import distances
-from capsule_sym._design.quantities import dimensionless_slopes, of
 from capsule_sym._design.stationary import balanced
+from capsule_sym._orbits.quantities import dimensionless_slopes, of
 from capsule_sym._units import METRIC_UNITS
 from capsule_sym.results import Optimum, Status
 from tests.design.cells import metrics_of

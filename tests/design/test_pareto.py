@@ -10,9 +10,9 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._design.front_search import FrontPoint, FrontSearch
+from capsule_sym._design.functions import function_of
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.program import KEPT
-from capsule_sym._design.quantities import function_of
 from capsule_sym._design.survey import FrontSurvey, trade_offs
 from tests.design.cells import metrics_of
 

@@ -8,12 +8,13 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._design import cells as cells_module
-from capsule_sym._design import evaluation, quantities
+from capsule_sym._design import evaluation
 from capsule_sym._design.cells import evaluate
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.stationary import balanced, stationary
 from capsule_sym._native import core
+from capsule_sym._orbits.quantities import of
 from capsule_sym._processes import sobol
 from tests.design.cells import metrics_of
 from tests.design.clock import LIMIT, Clock
@@ -287,7 +288,7 @@ def test_metrics_know_no_friction_bound_but_those_of_the_model(monkeypatch, boun
     monkeypatch.setattr(cs.Parameters.scene.facts, "BOUNDS", bounds)
     for delta, way in ((1.0, 1), (0.02, -1)):
         p = cs.Parameters(alpha=0.9, delta=delta, gamma=0.5, f_b=0.8)
-        metrics = quantities.of(evaluation.settle(p, (0.0, 0.0, 0.0)).metrics, p)
+        metrics = of(evaluation.settle(p, (0.0, 0.0, 0.0)).metrics, p)
         gone, cost = (metrics[name].value for name in ("progression", "cost_of_transport"))
         assert gone * way > 0.1
         if way in bounds:

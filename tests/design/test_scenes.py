@@ -7,7 +7,7 @@ import pytest
 
 import capsule_sym as cs
 from capsule_sym._design.pieces import distances
-from capsule_sym._design.quantities import dimensionless_slopes
+from capsule_sym._orbits.quantities import dimensionless_slopes
 
 SLOPE = cs.scenes.slope
 RUN = SLOPE.Parameters(alpha=0.8, s=-0.05)
