@@ -39,7 +39,8 @@ class Sensitivities:
     Derivatives are at a fixed time since the start. So that of a switching time by the phase is the
     derivative of the time since the start. After a tangential switch derivatives do not exist: they
     are infinite or nan. At a start on a surface, and where two switches coincide, they are
-    one-sided, on the side of the run; a capsule at rest stays at rest.
+    one-sided, on the side of the run. If the capsule rests in the first segment, the column v_c has
+    no meaning: friction, which would stop a small v_c, is left out there.
     """
 
     times: NDArray[np.float64]
@@ -68,8 +69,9 @@ class Sensitivities:
 
     @checked
     def by(self, *names: str) -> NDArray[np.float64]:
-        """Derivatives of the states by some of `columns`, shape (n, 4), or (n, 4, names).
+        """Derivatives of the states by some of `columns`.
 
+        The shape is (n, 4) for one name, and (n, 4, k) for k names, in their order.
         Raises InvalidInput for another name.
         """
         for name in names:
