@@ -1,4 +1,4 @@
-"""Runs of the map, one or many at once, and their kept data."""
+"""One run of the map, by the core or the reference map."""
 
 from __future__ import annotations
 
@@ -61,11 +61,13 @@ def simulate(
         - "final": the final state only.
     backend : {"c", "numpy", "mpmath"} or None, default None
         Number system of the run: "c" is the compiled core, "numpy" the readable reference in double
-        precision, "mpmath" has 50 digits. None is "c" if the core is compiled, else "numpy".
+        precision, "mpmath" has 50 digits. None is "c" if the core is compiled, else "numpy", with
+        a RuntimeWarning.
     escalate : bool, default True
-        True to decide by 50 digits the switches that double precision cannot decide. The
-        `statistics` of the trajectory count them. A switch that remains undecided has its type in
-        the segment's outcome. It is treated as the exact tangency or corner within the error bound.
+        True to decide in 106 bits or 50 digits what double precision cannot decide. The
+        `statistics` of the trajectory count these decisions. A switch that remains undecided has
+        its type in the segment's outcome. It is treated as the exact tangency or corner within the
+        error bound.
     max_segments : int or None, default None, 1 to 10^12
         Largest number of segments. None is 10^6 if segments are kept, as by the backends "numpy"
         and "mpmath" with every `keep`. For other runs it is 10^12.
@@ -132,7 +134,10 @@ def simulate(
 
 
 def watch_of(max_seconds: float) -> Watch:
-    """Watch of a call with this limit, within the limit of the work that contains it."""
+    """Watch of a call with this limit, within the limit of the work that contains it.
+
+    Raises InvalidInput unless the limit is a number > 0.
+    """
     watch = Watch(checked_seconds(max_seconds))
     watch.deadline = min(watch.deadline, present().deadline)
     return watch
@@ -148,7 +153,10 @@ def run(
     escalate: bool = True,
     progress: Callable[[int], object] | None = None,
 ) -> Trajectory:
-    """Trajectory from a state, phase and number of periods, all of them checked."""
+    """Trajectory from a state, phase and number of periods, which the caller has checked.
+
+    `chosen` is the name of the backend. Raises InvalidInput for another name.
+    """
     most = most_segments(keep, max_segments, chosen)
     if chosen == "c":
         return NativeRun(parameters, escalate, watch, progress).go(*start, most, keep)
