@@ -38,8 +38,8 @@ class Trajectories(Labelled):
     """Result of many runs of the exact map: final states, statuses, and kept data.
 
     `kept[offsets[i]:offsets[i + 1]]` are the stroboscopic states of run i, and `self[i]` gives
-    them; none if only final states are kept. All quantities are dimensionless, and all arrays
-    read-only.
+    them; none if only final states are kept. Each `status` is the text of a `Status`. All
+    quantities are dimensionless, and all arrays read-only.
     """
 
     parameters: NDArray[np.float64]
@@ -122,13 +122,15 @@ def simulate_many(
     periods : int, default 100, 1 to 10^12
         Length of each run, in excitation periods from phase 0 on, as in `simulate`.
     keep : {"final", "stroboscopic"}, default "final"
-        Kept data: the final states alone, or the states at the ends of periods too. More than
-        4 GiB of them are refused, and one run ends there.
+        Kept data: the final states alone, or the stroboscopic states too, as in
+        `Trajectory.stroboscopic`. There a run that is computed one by one may have only the last
+        states of a segment over very many periods. More than 4 GiB are refused for several runs; a
+        single run ends there with the status memory-limit.
     max_segments : int or None, default None, 1 to 10^12
         Largest number of segments of each run; None is that of `simulate`.
     max_open : int, default -1
-        Number of segments of each run that the reference map may compute because the core cannot
-        decide their switch. A run with more of them ends with the status segment-limit. A value
+        Number of switches of each run for which the reference map may take over because the core
+        cannot decide them. A run with more of them ends with the status segment-limit. A value
         below 0 is no limit. It applies to runs in vector lanes only.
     max_seconds : float, default inf, above 0
         Time limit of all runs together, in seconds of wall time. Runs that did not finish have the
@@ -147,7 +149,8 @@ def simulate_many(
     Raises
     ------
     InvalidInput
-        For a value that is not allowed, and for Parameters of more than one scene.
+        For a value that is not allowed, and for Parameters of more than one scene, or of another
+        one than `scene`.
 
     See Also
     --------
@@ -241,7 +244,7 @@ def _all(within: NDArray[np.bool_]) -> bool:
 
 
 def spread(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Values broadcast to this shape."""
+    """Values broadcast to this shape, a copy; raises InvalidInput if they have another."""
     spread = np.empty(shape)
     try:
         spread[...] = values
@@ -251,7 +254,7 @@ def spread(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.f
 
 
 def _starts(states: ArrayLike, count: int) -> NDArray[np.float64]:
-    """Start states of runs, shape (n, 3)."""
+    """Start states of runs, shape (n, 3); raises InvalidInput for one that is not allowed."""
     starts = spread("states", states, (count, 3))
     within = abs(starts) <= LARGEST_STATE
     if not _all(within):
@@ -261,7 +264,10 @@ def _starts(states: ArrayLike, count: int) -> NDArray[np.float64]:
 
 
 def _times(phases: ArrayLike, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Start phases of runs, in excitation periods of these lengths, shape (n,)."""
+    """Start phases of runs, times below these lengths of their periods, shape (n,).
+
+    Raises InvalidInput for one that is not allowed.
+    """
     times = spread("phases", phases, lengths.shape)
     within = (times >= 0.0) & (times < lengths)
     if not _all(within):
@@ -357,7 +363,7 @@ def _finish(
 ) -> Status:
     """Finish a run, with the reference map wherever the core cannot decide a switch.
 
-    It ends after `most` such segments, unless that is below 0.
+    It ends where the core cannot decide after `most` such switches, unless that is below 0.
     """
     native = core(run.scene).map([*run.parameters.to_dict().values()])
     run.marks = 0 if strobe is None else periods
