@@ -45,8 +45,8 @@ def after(most: int) -> str:
 class Statistics(NamedTuple):
     """Counts of a run: segments, evaluations, and decisions by more digits.
 
-    `escalations` counts switches and successor fields that double precision could not decide and
-    106 bits or 50 digits were tried on.
+    `evaluations` counts those in the searches for switches. `escalations` counts switches and
+    successor fields that double precision could not decide and 106 bits or 50 digits were tried on.
     """
 
     segments: int = 0
@@ -56,7 +56,10 @@ class Statistics(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """Kept data of a run; None for data that are not kept."""
+    """Kept data of a run; None for data that are not kept.
+
+    `what` is the run's `keep`. Arrays are read-only.
+    """
 
     what: str
     segments: Sequence[Segment] | None = None
@@ -71,9 +74,9 @@ class Kept:
 class Trajectory(Ended, Labelled):
     """Result of a run of the exact map: the kept data, status and statistics.
 
-    All quantities are dimensionless. Access to data that were not kept raises InvalidInput. Arrays
-    that a trajectory keeps, and views of them, are read-only; `switches` and computed columns are
-    copies.
+    All quantities are dimensionless. `backend` is the one of the run: "c", "numpy" or "mpmath".
+    Access to data that were not kept raises InvalidInput. Arrays that a trajectory keeps, and views
+    of them, are read-only; `switches` and computed columns are copies.
     """
 
     parameters: SceneParameters
@@ -110,7 +113,7 @@ class Trajectory(Ended, Labelled):
         escalations: int = 0,
         **kept: NDArray[Any],
     ) -> Trajectory:
-        """Run of these segments; `kept` are other kept data, arrays of shape (n, ...)."""
+        """Run of these segments; `kept` are the stroboscopic states and their periods, by name."""
         final, advance = origin, abs(origin[1][0]) * 0
         if segments:
             last = segments[-1]
@@ -152,15 +155,15 @@ class Trajectory(Ended, Labelled):
         The first is that at the start if its phase is 0, the last the end of a finished run. Kept
         with `keep` "segments" or "stroboscopic".
 
-        A segment over very many periods has only the last states: 8,192 in the core, 32 with the
-        other backends; `stroboscopic_periods` numbers them. With 50 digits the array has the dtype
-        object.
+        A segment over very many periods has only the last states: 8,192 if the core computes it,
+        32 if the reference map does, which continues where the core gives up.
+        `stroboscopic_periods` numbers them. With 50 digits the array has the dtype object.
         """
         return self._kept("stroboscopic", self.kept.stroboscopic)
 
     @property
     def stroboscopic_periods(self) -> NDArray[np.int64]:
-        """Number of periods before each stroboscopic state, shape (n,)."""
+        """Number of whole periods before each stroboscopic state, shape (n,)."""
         return self._kept("stroboscopic", self.kept.stroboscopic_periods)
 
     @property
@@ -180,7 +183,7 @@ class Trajectory(Ended, Labelled):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Start and end time of the run."""
+        """Start and end time of the run, absolute and dimensionless; the start is its phase."""
         return float(self.origin[0]), float(self.final[0])
 
     @cached_property
@@ -203,8 +206,10 @@ class Trajectory(Ended, Labelled):
     def __call__(self, t: ArrayLike, *, position: bool = False) -> NDArray[np.float64]:
         """Evaluate the states (x_r, v_r, v_c) at times t, shape t.shape + (3,), in closed form.
 
-        With `position` they are (x_r, v_r, v_c, x_c). Times are absolute and dimensionless:
-        excitation periods times 2 pi/omega plus phase. Raises InvalidInput outside the run.
+        With `position` they are (x_r, v_r, v_c, x_c), with x_c zero at the start of the run. They
+        are in double precision, whatever the backend. Times are absolute and dimensionless, the
+        excitation periods times 2 pi/omega plus the phase. Raises InvalidInput outside the run, and
+        if segments were not kept.
         """
         states = self._evaluate(t)
         return states if position else states[..., :3]
@@ -233,10 +238,11 @@ class Trajectory(Ended, Labelled):
     def steady(self, tolerance: float = 1e-9, longest: int = LONGEST) -> SteadyMotion | None:
         """Return the periodic motion at the end of the run, or None if it has not settled on one.
 
-        The motion has the period number m if the stroboscopic states repeat after m periods within
-        `tolerance`, and so do the segments; the least m up to `longest` is taken. Slow alternating
-        convergence to a shorter period looks almost periodic too. To exclude it, states within the
-        period must differ by a thousand tolerances.
+        The motion has the period number m if the last m stroboscopic states are those m periods
+        before within `tolerance`, and their segments have the same fields and planes; the least m
+        up to `longest` is taken. So the run needs 2 m of these states. Slow alternating convergence
+        to a shorter period looks almost periodic too. To exclude it, the states must differ by more
+        than a thousand tolerances from those d periods before, for each divisor d < m.
 
         Raises InvalidInput for a tolerance that is not a finite number > 0, for a `longest` that is
         not a whole number from 1 on, and if segments were not kept.
