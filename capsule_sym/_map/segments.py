@@ -86,11 +86,12 @@ class Segment:
     `advance` its change.
 
     `source` and `target` are switching planes, "Σ1" to "Σ10" in the paper's scene. `target` is
-    empty for a segment cut off by the end of the run, `source` for one that starts off every plane.
-    `outcome` is "regular" if one switch ends the segment, "end" or "never" if the run ended first.
-    `tangencies` are contacts within the error bound that did not end the segment, with the duration
-    after which they occur. `evaluations` is the number of evaluations in the search for the switch;
-    `closed` is the start of the closed form, for evaluation in between.
+    empty if the run ends before a switch or without a successor field, `source` for a segment that
+    starts off every plane. `outcome` is an `Outcome`: "regular" if one switch ends the segment,
+    "end" or "never" if the run ended first. `tangencies` are grazes and sliding tangencies within
+    the error bound that did not end the segment, each with the duration after which it occurs.
+    `evaluations` is the number of evaluations in the search for the switch; `closed` is the start
+    of the closed form, for evaluation in between.
     """
 
     field: int
@@ -129,7 +130,7 @@ class Segment:
     def local_map(self) -> str:
         """The segment as a local map in the paper's notation, such as "P_{Σ4,F5,Σ5}".
 
-        Without a name for a plane that is missing, at an end of the run.
+        The name of an empty plane is left out.
         """
         return f"P_{{{self.target},{self.name},{self.source}}}"
 
@@ -140,7 +141,7 @@ Tangencies = Mapping[int, tuple[tuple[Outcome, Number], ...]]
 class Segments(Sequence[Segment]):
     """Segments of a run in the order of time, each made from its record on access.
 
-    Slices are views too. Equal to any sequence of equal segments.
+    Slices of step 1 are views too, other slices tuples. Equal to any sequence of equal segments.
     """
 
     def __init__(
@@ -227,7 +228,7 @@ def plane_number(name: str) -> int:
 
 
 def records_of(segments: Iterable[Segment], omega: float) -> Records:
-    """Records of segments, in double precision."""
+    """Records of segments, in double precision; those of `Segments` are not copied."""
     if isinstance(segments, Segments):
         return segments.records
     rows = []
