@@ -28,8 +28,8 @@ class SteadyMotion:
     """Periodic motion modulo drift: its segments over one period of the motion.
 
     Segments of a run are those of its last period, from the standard first field, so the first in
-    time may stand last. Those of an orbit are in its own order. `period_number` counts excitation
-    periods; `progression` is the advance of x_c per excitation period, dimensionless.
+    time may stand later. Those of an orbit are in its own order. `period_number` is the period in
+    excitation periods; `progression` is the advance of x_c per excitation period, dimensionless.
     """
 
     segments: tuple[Segment, ...]
@@ -49,14 +49,17 @@ class SteadyMotion:
 
     @property
     def global_map(self) -> str:
-        """The motion as a composition of local maps, right to left, in the paper's notation."""
+        """The motion as a composition of local maps, right to left, in the paper's notation.
+
+        That of a single segment is an identity, such as "Id_{Σ2,F2,Σ2}".
+        """
         if len(self.segments) == 1:
             return self.segments[0].local_map.replace("P", "Id", 1)
         return " ∘ ".join(segment.local_map for segment in reversed(self.segments))
 
 
 def shown_progression(motion: SteadyMotion) -> float:
-    """Progression as shown: 0 if the motion drifts only by rounding."""
+    """Progression as shown: 0 for a motion that does not drift, or by rounding alone."""
     segments, number, scene = motion.segments, motion.period_number, motion.parameters.scene
     drifting = drifts(
         list(motion.parameters.to_dict().values()),
