@@ -14,8 +14,9 @@ from capsule_sym._map.expansion import Guard, Point, amplitude_of, pulsed, react
 class Begin(NamedTuple):
     """Start of a segment: state, forcing angle, and the guards that vanish there exactly.
 
-    `gap` is relative to the field's own stop, `other` to the second stop. `zeros` gives, for each
-    such guard, how many derivatives vanish, counted from the guard itself.
+    `gap` is relative to the field's own stop, `other` to the other one of two; `margin` is Q -
+    friction. `zeros` gives, for each such guard, how many derivatives vanish, counted from the
+    guard itself. `angle_rest` is the rounding error of the angle.
     """
 
     x_r: Number
@@ -84,7 +85,7 @@ class Course:
             )
 
     def __call__(self, h: Number) -> Point:
-        """State at a duration h > 0."""
+        """State at a duration h > 0 after the start, with its error bounds."""
         self.evaluations += 1
         c, start, number = self.c, self.start, self.backend.number
         values = self.backend.kernels.flow(c, self.closed, h)
@@ -100,7 +101,7 @@ class Course:
         return self._beside(point, position)
 
     def _beside(self, point: Point, position: Number) -> Point:
-        """The point with its gap to the second stop."""
+        """The point with its gap to the other one of two stops."""
         if self.start.other is None:
             return point
         other = self.start.other + position
@@ -108,7 +109,7 @@ class Course:
         return point._replace(other=other, error_other=error)
 
     def to_edge(self) -> tuple[Number, Number]:
-        """Duration up to the drive's next edge, and a bound on its error."""
+        """Duration from the start to the pulses' next edge, and a bound on its error."""
         c, start, unit = self.c, self.start, self.backend.unit
         angle, rest = self.backend.edge(c.high_share() if c.high else start.x_r * 0 + 1)
         h = ((angle - start.angle) + (rest - start.angle_rest)) / c.omega
@@ -120,7 +121,8 @@ class Course:
 
         The closed form takes the forcing's phase from h, with an error in proportion to h. Here the
         forced response is evaluated at the two angles, both known, and only the free part uses the
-        duration. It is skipped so near to resonance that this would lose more digits.
+        duration. For pulses, for a short duration and near resonance, where this would lose more
+        digits, the state is that of a call.
         """
         c, start = self.c, self.start
         if pulsed(c) or c.omega * h * self.backend.sqrt(c.Z2) < 8 * (c.K + c.omega * c.omega):

@@ -43,8 +43,9 @@ class Guard(Enum):
 class Point(NamedTuple):
     """State and forcing angle within a segment, with error bounds of each quantity.
 
-    `gap` is relative to the field's own stop, `other` to the second stop; `margin` is Q - friction.
-    Error bounds are 0 at a segment's start, which is given.
+    `gap` is relative to the field's own stop, `other` to the other one of two (None with one stop);
+    `margin` is Q - friction. At a segment's start, which is given, the error bounds are 0 except
+    for roundings of the gaps and the angle.
     """
 
     x_r: Number
@@ -84,12 +85,12 @@ def watched(c: Any) -> tuple[Guard, ...]:
 
 
 def pulsed(c: Any) -> bool:
-    """True if the drive is constant in a segment, which ends at its next edge."""
+    """True if the drive is constant in a segment, which ends at the next edge at the latest."""
     return hasattr(c, "high")
 
 
 def side_of(c: Any) -> int:
-    """Sign of the gap to the field's own stop within the field: 1 in contact in front."""
+    """Sign of the gap to the field's own stop within the field: 1 in contact in front, else -1."""
     return 1 if c.contact == 1 else -1
 
 
