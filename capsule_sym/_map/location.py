@@ -47,8 +47,8 @@ cannot decide if it touched, missed, or crossed twice.
 class End:
     """End of a segment: time, guards that fired, state, and outcome.
 
-    `guards` is empty where none fired (END, NEVER). `evaluations` counts evaluations of the closed
-    form.
+    `guards` is empty where none fired (END, NEVER, STALLED, UNDECIDED). `duration` is the time from
+    the segment's start. `evaluations` counts evaluations of the closed form.
     """
 
     outcome: Outcome
@@ -68,7 +68,7 @@ _CERTAIN = (Outcome.REGULAR, Outcome.END, Outcome.NEVER)
 
 
 def locate(flow: Course, limit: Number, watch: Watch | None = None) -> End:
-    """First switch of the segment within (0, limit], at the latest an edge of pulses.
+    """First switch of the segment within (0, limit]; for pulses, up to the next edge instead.
 
     A switch that cannot be distinguished from the edge is a CORNER with it. Otherwise it is that of
     `_locate_guard`, or REGULAR at the time of the edge.

@@ -27,7 +27,7 @@ _FASTER = 8  # least ratio of the rates of the free and the expanded part
 
 
 def rate(c: Any, with_slow: bool = True) -> Number | None:
-    """Fastest rate that is expanded; None if nothing would be gained."""
+    """Fastest rate that is expanded; None at resonance, or if nothing would be gained."""
     slowest = max(c.omega, -c.slow) if c.q < 0 and with_slow else c.omega
     resonant = not pulsed(c) and c.resonant
     return slowest if c.rate > _FASTER * slowest and not resonant else None
@@ -79,7 +79,7 @@ def expand_forced(
 
 
 class _Free(NamedTuple):
-    """Bounds on the fast free part: x_r, changes of v_r, P, and the rate of change of P."""
+    """Bounds on the fast free part: x_r, changes of v_r, P, and the rate of its decay or turning."""
 
     x: Number
     v: Number

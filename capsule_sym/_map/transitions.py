@@ -69,7 +69,7 @@ def select_field(
     """Successor field at a state; `constants` are those of all fields, in order.
 
     A derivative within its error bound of zero is undecided, or taken to be zero with `vanish`.
-    None if no field, or more than one, may be the successor.
+    None if a field is undecided, and if none, or more than one, is the successor.
     """
     begins = []
     cosine, sine = backend.cos_sin(state.angle, state.angle_rest)
