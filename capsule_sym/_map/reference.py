@@ -90,7 +90,7 @@ class Run:
     def go(
         self, values: tuple[float, float, float], phase: float, periods: int, most: int
     ) -> Trajectory:
-        """Trajectory from a state at a phase."""
+        """Trajectory from a state at a phase, of at most `most` segments, all of them kept."""
         number = self.numbers.number
         x_r, v_r, v_c = origin = (number(values[0]), number(values[1]), number(values[2]))
         angle, rest = self.numbers.angle(number(phase), self.omega)
@@ -132,7 +132,10 @@ class Run:
         return Status.UNDECIDED, why
 
     def follow(self, run_state: RunState, periods: int, most: int) -> RunState:
-        """Continue until the periods are over, for at most this many segments in all."""
+        """Continue until the periods are over, for at most `most` segments in all.
+
+        It ends earlier if the watch is over, or without a next segment.
+        """
         state, begin, source, turns, position = run_state
         while begin and turns < periods and len(self.segments) < most:
             if self.watch.over:
@@ -185,14 +188,17 @@ class Run:
         return State(x_r, x_r - front, v_r, v_c, angle, back=back)
 
     def level(self, angle: Number, rest: Number) -> int:
-        """Level of pulses just after an angle: 1 for the low level."""
+        """Level of pulses just after an angle: 1 for the low level; 0 without pulses."""
         if not self.pulsed:
             return 0
         fall, fall_rest = self.numbers.edge(self.constants[0].high_share())
         return int((angle - fall) + (rest - fall_rest) >= 0)
 
     def _begin(self, state: State) -> tuple[State, SegmentStart | None]:
-        """State at which a segment begins (rest if next to it), and the successor field."""
+        """State at which a segment begins, and the successor field; None if undecided.
+
+        Unforced, with the capsule at rest, a state next to rest becomes exact rest.
+        """
         size = max(abs(state.x_r), abs(state.v_r))
         unforced = self.parameters.alpha == 0 and not self.pulsed
         if unforced and state.v_c == 0 and 0 < size < _NOTHING:
