@@ -19,7 +19,7 @@ from capsule_sym._parameters import Scene, SceneParameters
 
 @cache
 def _maps(scene: Scene) -> tuple[list[Any], Callable[[SceneParameters], tuple[float, ...]]]:
-    """Free maps of a scene, and the numbers from which one is made."""
+    """Free maps of a scene, and the function that gives the numbers from which one is made."""
     return [], attrgetter(*scene.facts.PARAMETERS)
 
 
@@ -87,7 +87,7 @@ def by_core(
 def by_numpy(
     parameters: SceneParameters, records: Records, times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The same by the kernels in doubles, time by time."""
+    """The states of `by_core` by the kernels in doubles, time by time."""
     starts = records["start_period"] * parameters.period + records["start_angle"] / parameters.omega
     index = np.searchsorted(starts, times.ravel(), side="right") - 1
     rows = records[np.maximum(index, 0)]

@@ -49,7 +49,8 @@ def short_run(
 ) -> Trajectory | None:
     """Run of which all or only the end is kept; None if it is long, or the core cannot decide it.
 
-    It takes the same steps as `NativeRun`, in one call.
+    It takes the same steps as `NativeRun`, in one call. If all is kept, it is long from 40 periods
+    or above 512 segments; else from 8,192 periods.
     """
     if (whole and periods >= _SHORT) or periods >= core(parameters.scene).ROWS:
         return None
@@ -95,7 +96,7 @@ class NativeRun:
         most: int,
         keep: str = "segments",
     ) -> Trajectory:
-        """Trajectory as by the reference map, with the data that `keep` names."""
+        """Trajectory of at most `most` segments, with the data that `keep` names."""
         omega = self.parameters.omega
         keeper = Keeper(self.parameters, keep)
         native = evaluation.borrowed(self.parameters)
