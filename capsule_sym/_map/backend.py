@@ -52,7 +52,7 @@ class Backend:
         return self._functions.sqrt(x * x + y * y)
 
     def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
-        """Forcing angle at a time, and its rounding error."""
+        """Forcing angle at a time, and its rounding error, exact less rounded."""
         return phase * omega, phase * 0
 
     def edge(self, share: Number) -> tuple[Number, Number]:
@@ -60,7 +60,7 @@ class Backend:
         return share * self.full_turn, share * 0
 
     def cos_sin(self, angle: Number, rest: Number = 0) -> tuple[Number, Number]:
-        """Cosine and sine of an angle and its rounding error."""
+        """Cosine and sine of an angle plus its rounding error."""
         return self._functions.cos_sin(angle + rest)  # type: ignore[no-any-return]
 
     def turns(self, angle: Number) -> tuple[int, Number]:
@@ -69,7 +69,7 @@ class Backend:
         return whole, angle - whole * self.full_turn
 
     def constants(self, field: int, parameters: SceneParameters) -> Any:
-        """Constants of a segment."""
+        """Constants of the segments of a field, by its number."""
         values = [self.number(value) for value in parameters.to_dict().values()]
         return self.kernels.constants(field, *values)
 
@@ -134,7 +134,7 @@ class MpmathBackend(Backend):
 
 
 def default_backend(scene: Scene = CAPSULE) -> str:
-    """Fastest backend: "c" if the scene's core is compiled, else "numpy"."""
+    """Fastest backend: "c" if the scene's core is compiled, else "numpy", with a warning once."""
     return "c" if _is_compiled(scene) else "numpy"
 
 
@@ -166,7 +166,7 @@ def how_compiled(scene: Scene) -> str:
 
 @contextmanager
 def backend(name: str, scene: Scene = CAPSULE) -> Iterator[Backend]:
-    """Backend of this name, `numpy`, or `mpmath` with 50 digits and 10 guard digits.
+    """Context with the backend `numpy`, or `mpmath` with 50 digits and 10 guard digits.
 
     Its kernels are those of the scene. Raises InvalidInput for another name.
     """
