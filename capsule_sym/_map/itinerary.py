@@ -10,7 +10,11 @@ from capsule_sym._parameters import CAPSULE, Scene
 
 @cache
 def _ranks(scene: Scene) -> dict[int, int]:
-    """Fields in contact first, and of these rest, then forward and backward drift."""
+    """Ranks of the fields by number.
+
+    The order is contact in front, contact behind, none; in each rest, forward, backward drift; of
+    these first the high level of pulses.
+    """
     facts = scene.facts
 
     def rank(field: int) -> tuple[int, ...]:
@@ -23,7 +27,8 @@ def _ranks(scene: Scene) -> dict[int, int]:
 def cyclic_start(fields: Sequence[int], scene: Scene = CAPSULE) -> int:
     """Index of the segment with which the paper starts a cycle of a scene's fields.
 
-    It is in contact, and at rest if there is such a segment; the next segments decide ties.
+    Its field is first in the order of contact in front, contact behind, none, and in each of rest,
+    forward, backward drift. The next segments decide ties.
     """
     ranks = [_ranks(scene)[field] for field in fields]
     return min(range(len(ranks)), key=lambda i: ranks[i:] + ranks[:i])
