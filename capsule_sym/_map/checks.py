@@ -63,7 +63,10 @@ def checked_ends(
 
 @lru_cache
 def check_scales(parameters: SceneParameters) -> None:
-    """Refuse parameters whose powers and quotients overflow or underflow double precision."""
+    """Raise InvalidInput for a parameter outside the range of a run.
+
+    Beyond the ranges powers and quotients may overflow or underflow double precision.
+    """
     for field, (low, high) in parameters.scene.facts.RANGES.items():
         value = getattr(parameters, field)
         if not low <= value <= high:
@@ -83,14 +86,14 @@ def check_start(
 
 
 def check_count(field: str, value: object, least: int = 1, most: int = _LARGEST_COUNT) -> None:
-    """Raise InvalidInput unless the value is a whole number from `least` to `most`, 10^12."""
+    """Raise InvalidInput unless the value is a whole number from `least` to `most`."""
     whole = type(value) is int or (isinstance(value, Integral) and not isinstance(value, bool))
     if not (whole and least <= value <= most):  # type: ignore[operator]
         raise InvalidInput(field, value, f"a whole number from {least} to {most}")
 
 
 def check_phase(phase: float, period: float) -> None:
-    """Raise InvalidInput unless the phase is a time within the excitation period."""
+    """Raise InvalidInput unless the phase is a time in [0, period)."""
     if not (is_real(phase) and 0.0 <= phase < period):
         allowed = f"a time in [0, 2 pi/omega) = [0, {period!r})"
         raise InvalidInput("phase", phase, allowed)

@@ -83,13 +83,13 @@ class Keeper:
 
     @property
     def full(self) -> bool:
-        """True if no memory is left."""
+        """True if kept data reach the memory limit, or the records `most`."""
         held = self._strobes.count * STROBE
         held += self.count * SEGMENT.itemsize if self._rows else 0
         return held >= MOST_BYTES or self.count >= self.most
 
     def room(self, most: int) -> Records:
-        """Buffer for the core, of at most so many records."""
+        """Buffer for the core, of `most` records, at most one piece."""
         count = min(most, _PIECE)
         return self._rows.tail(count) if self._rows else self._piece[:count]
 
