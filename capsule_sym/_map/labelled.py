@@ -42,8 +42,9 @@ class Labelled:
     def to_dataframe(self, device: SceneDevice | None = None) -> DataFrame:
         """Return the columns as a pandas DataFrame, with texts as categories.
 
-        Dimensionless, or in SI units (s, m, m/s) if a device is given, except parameters. A result
-        of a system, which may be a device, has its units and takes none. Raises InvalidInput.
+        Dimensionless, or in SI units if a device is given, except parameters. A result of a system,
+        which may be a device, has the units of the system. Raises InvalidInput if such a result is
+        given a device, and NotInstalled without pandas.
         """
         if device is not None and self._of_system:
             raise InvalidInput("device", device, "None: the table has the units of the system")

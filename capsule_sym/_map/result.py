@@ -15,7 +15,7 @@ from capsule_sym._errors import Ended
 class Result(Ended):
     """A result with a status and a message.
 
-    A class of results declares its fields, and names those of its record.
+    A class of results declares its fields, and names those of its record in `_recorded`.
     """
 
     __slots__ = ()
@@ -36,7 +36,7 @@ class Result(Ended):
 
 
 def brief(result: object, text: str, of: str = "") -> str:
-    """A result in one line of a terminal, the most important text first."""
+    """A result in one line of a terminal, the most important text first, cut where it is long."""
     line = f"{type(result).__name__}{of and ' '}{of}: {text}"
     return f"<{line}>" if len(line) < _LINE else f"<{line[: _LINE - 5].rstrip()} ...>"
 
