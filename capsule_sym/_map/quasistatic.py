@@ -79,7 +79,7 @@ def expand_forced(
 
 
 class _Free(NamedTuple):
-    """Bounds on the fast free part: x_r, changes of v_r, P, and the rate of its decay or turning."""
+    """Bounds on the fast free part: x_r, changes of v_r, P, and the fastest of its rates."""
 
     x: Number
     v: Number
