@@ -43,8 +43,8 @@ def drifts(
 
     Each argument has shape (n,) or is one number: `contact` is true for motions with contact;
     `progression` is the advance and `way` the length of the capsule's way, both per excitation
-    period; `segments` is their number; `attracting` is true for motions known to attract all
-    motions near them.
+    period; `segments` is the number of segments of a motion; `attracting` is true for motions known
+    to attract all motions near them. The result has the shape of the arguments.
 
     Without contact, or on a stop of zero stiffness, all forces are monotone and two motions never
     move apart. With damping, zeta > 0, two periodic motions then have the same v_r, since the
@@ -53,8 +53,8 @@ def drifts(
     damping their difference may also be a free oscillation that never ends. The motions between
     them are then periodic too, and neither attracts them; a motion that attracts is its own mirror
     image. In all other cases a drift counts if it is above its rounding error. The advance of a
-    segment is a sum of terms of the size of the capsule's way, of f h^2 with f the larger bound, a
-    bias and a constant drive, and of alpha/omega^2, over 1 + gamma.
+    segment is a sum of terms of the size of the capsule's way, and over 1 + gamma of f h^2, with h
+    the period and f the larger bound, a bias and a constant drive, and of alpha/omega^2.
     """
     facts, formulas = scene.facts, scene.formulas.Formulas
     p = dict(zip(facts.PARAMETERS, np.asarray(parameters, dtype=float).T, strict=True))
@@ -88,7 +88,10 @@ def dragged(parameters: SceneParameters) -> str:
 
 
 def mean_force(parameters: SceneParameters) -> tuple[float, float, float]:
-    """Mean force of drive and load, size of the friction bound against it, and rounding error."""
+    """Mean force of drive and load, size of the friction bound against it, and rounding error.
+
+    All are dimensionless; a force forward is positive.
+    """
     scene, values = parameters.scene, parameters.to_dict().values()
     fields = {level: field for field, level in scene.facts.LEVELS.items()}
     levels = [scene.kernels.constants(fields[level], *values) for level in sorted(fields)]
