@@ -37,10 +37,10 @@ class Sensitivities:
     parameters of the scene. In the paper's these are 4 and 7. The clock of `times` and
     `switching_times` is that of the run: it shows the phase at the start, `run.span[0]`.
     Derivatives are at a fixed time since the start. So that of a switching time by the phase is the
-    derivative of the time since the start. After a tangential switch derivatives do not exist: they
-    are infinite or nan. At a start on a surface, and where two switches coincide, they are
-    one-sided, on the side of the run. If the capsule rests in the first segment, the column v_c has
-    no meaning: friction, which would stop a small v_c, is left out there.
+    derivative of the time since the start. After a tangential switch derivatives do not exist: the
+    values are infinite, nan or without meaning. At a start on a surface, and where two switches
+    coincide, they are one-sided, on the side of the run. If the capsule rests in the first segment,
+    the column v_c has no meaning: friction, which would stop a small v_c, is left out there.
     """
 
     times: NDArray[np.float64]
