@@ -125,7 +125,7 @@ def simulate_many(
         Kept data: the final states alone, or the stroboscopic states too, as in
         `Trajectory.stroboscopic`. There a run that is computed one by one may have only the last
         states of a segment over very many periods. More than 4 GiB are refused for several runs; a
-        single run ends there with the status memory-limit.
+        single run in the core ends there with the status memory-limit.
     max_segments : int or None, default None, 1 to 10^12
         Largest number of segments of each run; None is that of `simulate`.
     max_open : int, default -1
