@@ -62,7 +62,8 @@ def continue_orbit(
     Parameters
     ----------
     orbit : Orbit
-        Orbit at which the branch starts, as `solve_orbit` gives; dimensionless.
+        Orbit at which the branch starts, as `solve_orbit` gives; dimensionless, in double
+        precision.
     parameter : str
         Name of the parameter that varies, one of the scene's. With `ties` it may be a new name, of
         which one tied parameter is an affine function.
@@ -87,9 +88,10 @@ def continue_orbit(
     Raises
     ------
     InvalidInput
-        For an unknown parameter that is not tied, a value that the parameter cannot have, and equal
-        values. For an orbit whose parameters are not on the path, a result without an orbit, and
-        ties that are not arithmetic. Also for other arguments out of their ranges.
+        For an unknown parameter of which no tied one is an affine function, a value that the
+        parameter cannot have, and equal values. For an orbit whose parameters are not on the path,
+        and a result without an orbit. For ties that are not arithmetic, or that give values which
+        parameters cannot have. Also for other arguments out of their ranges.
 
     Notes
     -----
@@ -131,14 +133,15 @@ def continue_both_ways(
     """Branch through an orbit in a range (low, high) around it: one if it is closed, else two.
 
     A closed branch (an isola) returns to the same orbit at the same value; its status is
-    "returned". Otherwise the first branch starts towards larger values, the second towards smaller
-    ones. Each is computed as by `continue_orbit`; beyond a fold it may end at the other end of the
-    range, also with the status "reached".
+    "returned", and its `success` False. Otherwise the first branch starts towards larger values,
+    the second towards smaller ones. Each is computed as by `continue_orbit`; beyond a fold it may
+    end at the other end of the range, also with the status "reached".
 
     Parameters
     ----------
     orbit : Orbit
-        Orbit at which the branches start, as `solve_orbit` gives; dimensionless.
+        Orbit at which the branches start, as `solve_orbit` gives; dimensionless, in double
+        precision.
     parameter : str
         Name of the parameter that varies, one of the scene's. With `ties` it may be a new name, of
         which one tied parameter is an affine function.
@@ -158,8 +161,7 @@ def continue_both_ways(
     -------
     tuple of Branch
         The closed branch, or the branch that starts towards `high` and the one that starts towards
-        `low`. After `max_seconds` a branch ends with status "time-limit", the second one possibly
-        without points.
+        `low`. After `max_seconds` a branch ends with status "time-limit", possibly without points.
 
     Raises
     ------
@@ -258,7 +260,8 @@ def continue_from(
     source : Branch, str or path
         The branch, or the file branch.json that `branch --out` wrote.
     label : str
-        Label of the point, such as "PD1". "EP1" and "EP2" are the ends of the branch.
+        Label of the point, such as "PD1". "EP1" and "EP2" are the ends of the branch. On a branch
+        of the file that was switched to at PD1, the label of point AS2 is "PD1/AS2".
     to : float, finite
         Value of the varied parameter towards which the branches lead, other than that of the point.
         Dimensionless; a name that is no parameter of the scene has the units of its ties.
@@ -285,7 +288,8 @@ def continue_from(
     ------
     InvalidInput
         For an unknown label, a file of another version, a value that the parameter cannot have, and
-        if no branch leaves in that direction. Otherwise as in `continue_orbit`.
+        if no branch leaves in that direction. For a file with ties by Python functions, unless
+        `ties` or `parameter` is given. Otherwise as in `continue_orbit`.
 
     See Also
     --------
@@ -502,13 +506,15 @@ def continue_bifurcation(
 
     All other parameters are constant: ties of the branch do not hold. The curve is followed in both
     directions until a parameter leaves its range. No step is longer than 1/`points` of either
-    range. Where another inequality of the itinerary fails, the point is located exactly, and the
-    curve continues in the itinerary beyond.
+    range. Where another inequality of the itinerary fails, the point is located exactly. The curve
+    continues in the itinerary beyond if that has such a bifurcation, else it ends there.
 
     Parameters
     ----------
     bifurcation : Bifurcation
-        Bifurcation at which the curve starts, as `branch.at("PD1")` gives; dimensionless.
+        Bifurcation at which the curve starts, as `branch.at("PD1")` gives; dimensionless. Its
+        parameter is one of the scene's. A corner of higher codimension without a `segment` gives a
+        curve without points.
     second : str
         Name of the second parameter, other than that of the bifurcation.
     ranges : pair of pairs of float, ((low, high), (low, high))
@@ -523,14 +529,16 @@ def continue_bifurcation(
     -------
     Curve
         Points in order, codimension-two points, and `endings` with the status and the message of
-        both ends. After `max_seconds` an end has status "time-limit".
+        both ends. At the bifurcation the second parameter increases along the points. After
+        `max_seconds` an end has status "time-limit".
 
     Raises
     ------
     InvalidInput
-        For a parameter that is none of the scene, and a second one that is the first. For ranges
-        that are not ascending, exceed the parameters' own, or do not contain the bifurcation. For a
-        symmetry breaking, if the motions do not keep their mirror images on the curve.
+        For a parameter that is none of the scene's, also that of the bifurcation, and a second one
+        that is the first. For ranges that are not ascending, exceed the parameters' own, or do not
+        contain the bifurcation. For a symmetry breaking, if the motions do not keep their mirror
+        images on the curve.
 
     Notes
     -----
@@ -606,7 +614,10 @@ def _both_halves(kind: str, orbit: Orbit, both: Sequence[Continuation], points: 
 def check(
     base: SceneParameters, names: tuple[str, str], ranges: tuple[tuple[float, float], ...]
 ) -> list[Range]:
-    """Ranges of two parameters; raises InvalidInput unless both are ascending and allowed."""
+    """Ranges of two parameters of a scene.
+
+    Raises InvalidInput unless these are two, and their ranges are ascending and allowed.
+    """
     (first, second), known = names, base.scene.facts.PARAMETERS
     check_one_of("first", first, known)
     check_one_of("second", second, [name for name in known if name != first])
