@@ -33,7 +33,7 @@ class SolvedPoint(Ended):
     """Orbit that fulfils conditions, with the accuracy of the solution.
 
     `residual` is the largest entry of all equations and conditions, `iterations` the number of
-    Newton steps, `status` the state of the solution.
+    Newton steps, `status` CONVERGED or NOT_CONVERGED.
     """
 
     orbit: Orbit
@@ -44,7 +44,10 @@ class SolvedPoint(Ended):
 
 @dataclass(frozen=True, kw_only=True)
 class BifurcationPoint(SolvedPoint):
-    """Point with its multipliers; `segment` has the duration 0, None at a smooth bifurcation."""
+    """Point with its multipliers.
+
+    `segment` is the index, from 0, of the orbit's segment of duration 0; None without one.
+    """
 
     segment: int | None = None
 
@@ -101,9 +104,9 @@ class Bifurcation(BifurcationPoint):
     `value` is that of the parameter `parameter`, and `uncertainty` a bound on its rounding error;
     if the equations are not solved it is the width of the gap in which the bifurcation lies. `line`
     is the one that the orbit meets, or at an edge of the drive what is there: such as "at gap". It
-    is empty at smooth bifurcations and at corners of higher codimension. `segment` is the segment
-    of `orbit` with duration 0, None at a smooth or an unsolved one; `failed` is the inequality that
-    failed.
+    is empty at smooth bifurcations and at corners of higher codimension. `segment` is the index,
+    from 0, of the segment of `orbit` with duration 0, None at a smooth or an unsolved one; `failed`
+    names the inequality that failed, and is empty at a smooth one.
 
     `interval` has the values at both ends of the step within which it was found. At a located
     border collision the second one is that of the itinerary before, continued beyond the border; it
@@ -113,9 +116,9 @@ class Bifurcation(BifurcationPoint):
     If `symmetry` is "kept", the orbit is its own mirror image, and the event also happens to
     the segment's image half a period later. If it is "broken", the orbits on one side are their own
     images, and those on the other touch the spring.
-    The multipliers before and after are those of orbits on the branch next to it. `itinerary_after`
-    is None if the branch ends. `label`, such as "PD2", is its name on the branch, `path` the varied
-    parameters.
+    The multipliers before and after are those of orbits on the branch next to it. If the branch
+    ends, `itinerary_after` is None, and `multipliers_after` is empty. `label`, such as "PD2", is
+    its name on the branch, `path` the varied parameters.
     """
 
     type: str
@@ -140,7 +143,11 @@ class Bifurcation(BifurcationPoint):
 
     @cached_property
     def normal_form(self) -> NormalForm | None:
-        """Leading terms of the orbits beside the bifurcation; None if it has no normal form."""
+        """Leading terms of the orbits beside the bifurcation.
+
+        None at a Neimark-Sacker bifurcation, at a corner of higher codimension, and where the terms
+        are not defined or not finite.
+        """
         return normal_form(
             self.type,
             self.orbit,
@@ -155,9 +162,10 @@ class Bifurcation(BifurcationPoint):
 class CurvePoint(BifurcationPoint):
     """Orbit at a bifurcation, values of the two parameters, and the line that it meets.
 
-    `values` are in the order of the curve's `parameters`. `segment` is the segment of duration 0,
-    None on the curve of a smooth bifurcation, where `line` is empty. `admissibility` is the
-    inequality of the itinerary with the least value. All values are dimensionless.
+    `values` are in the order of the curve's `parameters`. `segment` is the index, from 0, of the
+    segment of duration 0, None on the curve of a smooth bifurcation, where `line` is empty.
+    `admissibility` is the inequality of the itinerary with the least value. All values are
+    dimensionless.
     """
 
     values: tuple[float, float]
@@ -175,8 +183,9 @@ class CodimensionTwoPoint(SolvedPoint):
     `types` and `lines` are those of the curve and of the second condition, `values` the two
     parameters, `uncertainties` bounds on their rounding errors, or widths of the gap if the
     equations are not solved. `itinerary_after` is None if the curve ends, but for Neimark-Sacker
-    curves that end in a resonance. `segments` are those of `orbit` with duration 0, that of the
-    curve first; if the motion is its own mirror image they are those of its first half.
+    curves that end in a resonance. `segments` are the indices, from 0, of the segments of
+    `orbit` with duration 0, that of the curve first; if the motion is its own mirror image they are
+    those of its first half.
     """
 
     types: tuple[str, str]
@@ -213,7 +222,7 @@ def solution_fields(found: EventSolution, solved: bool = True) -> dict[str, Any]
 
 
 def refined(one: Bifurcation) -> EventSolution:
-    """Border collision in 50 digits; all other parameters are exact.
+    """Border collision in 50 digits; the doubles of parameters not on its path count as exact.
 
     Raises ValueError for a smooth bifurcation, and ArithmeticError if Newton's method fails.
     """

@@ -53,7 +53,7 @@ _Point = TypeVar("_Point")
 class BranchPoint:
     """An orbit of a branch, with the tightest of its itinerary's inequalities.
 
-    Dimensionless, except a parameter in SI units.
+    `value` is that of the varied parameter. Dimensionless, except a parameter in SI units.
     """
 
     value: float
@@ -180,7 +180,10 @@ class BranchRun(PathRun):
         raise Stop(ending, self.problem.where(state.orbit))
 
     def check(self, old: Spot, step: Step) -> None:
-        """Raises Stop if the halves of an orbit have become equal, or mirror images."""
+        """Raises Stop if the halves of an orbit have become equal, or mirror images.
+
+        The bifurcation at which they do is recorded.
+        """
         new, found = step.state, None
         if step.event is None:
             found = halved(self.continuation, old.orbit, new.orbit)
@@ -267,7 +270,7 @@ class BranchRun(PathRun):
         return new
 
     def _check_drift(self, orbit: Orbit, segment: int | None = None) -> None:
-        """Raises Stop if the capsule drifts one way in all segments of nonzero duration."""
+        """Raises Stop if the capsule drifts one way in all segments, `segment` left out."""
         itinerary = orbit.itinerary.whole
         fields = (field for k, field in enumerate(itinerary.fields) if k != segment)
         if {drift(field, itinerary.scene) for field in fields} in ({1}, {-1}):
@@ -347,7 +350,10 @@ def _difference(orbit: Orbit) -> Vector:
 
 
 def halves_apart(orbit: Orbit, least: float, mirrored: bool = False) -> bool:
-    """True if the two halves of an orbit, one of them mirrored, differ by more than `least`."""
+    """True if the start states or the durations of an orbit's halves differ by more than `least`.
+
+    With `mirrored` the state of one half is replaced by its mirror image.
+    """
     n = len(orbit.itinerary) // 2
     begin, middle = orbit.system.flows[0].start, orbit.system.flows[n].start
     change = begin + middle if mirrored else begin - middle

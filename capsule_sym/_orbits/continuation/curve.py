@@ -52,8 +52,8 @@ _FINE = (Status.REACHED, Status.RETURNED, Status.CODIMENSION_TWO)
 class Curve(Labelled):
     """Curve of bifurcations in two parameters: points in order, and the reasons for its ends.
 
-    `endings` are the reasons at the first and at the
-    last point. All values are dimensionless.
+    `endings` has the status and the message of both ends, that at the first point first. All values
+    are dimensionless.
     """
 
     type: str
@@ -83,7 +83,11 @@ class Curve(Labelled):
 
     @property
     def success(self) -> bool:
-        """True if both ends are regular: at the ranges, at the start, or in a special point."""
+        """True if both ends are regular.
+
+        Such an end is at the border of a range, in a codimension-two point, or at the start, to
+        which a closed curve returns.
+        """
         return all(end in _FINE for end, _ in self.endings)
 
     @property
@@ -342,7 +346,7 @@ class CurveRun(PathRun):
 
     def _ends_in_point(self, state: Spot) -> bool:
         """True if the curve has ended in a degenerate point, which is then recorded."""
-        # A failed crossing has changed the itinerary of the last point.
+        # After a failed crossing the continuation has another itinerary than the last point.
         orbit, own = state.orbit, self.points[-1].segment
         known = self.codimension_two[-1:]
         if own is None or orbit.itinerary.mirrored:

@@ -2,7 +2,7 @@
 
 Beside a bifurcation the parameter is a function of one amplitude s: to leading order parameter -
 value = growth s^order. At a border collision s is the duration of the inserted segment. At a fold
-it is the norm of the change of all durations. At a period doubling it is the norm of the difference
+it is the norm of the change of the durations. At a period doubling it is the norm of the difference
 between the durations of one half of the doubled orbit and those of the orbit that doubles.
 """
 
@@ -118,7 +118,7 @@ def place(orbit: Orbit, segment: int) -> EventType:
 
 
 def _met(guard: Guard | None, side: int, scene: Scene) -> str:
-    """Label of the quantity in a guard beside contact at a side, as in the declaration."""
+    """Label of the quantity of a guard, as in the declaration; `side` is the contact there."""
     facts = scene.facts
     if guard in (Guard.GAP, Guard.BACK):
         behind = (guard is Guard.BACK) != (side == 2)
@@ -131,7 +131,10 @@ def _met(guard: Guard | None, side: int, scene: Scene) -> str:
 
 
 def sliding(before: int, during: int, after: int) -> str | None:
-    """The bifurcation of a segment of duration 0 between drifts, None where these have no name."""
+    """Sliding bifurcation with these drifts before, in and after a segment of duration 0.
+
+    None for other drifts.
+    """
     if before == after:
         return GRAZING_SLIDING if before else ADDING
     if during == 0 and after == -before:
@@ -188,7 +191,8 @@ class NormalForm(NamedTuple):
     Beside the bifurcation the parameter differs from its value by `growth * s**order`, to leading
     order, with `order` 1 or 2. At a border collision s is the duration of the segment that is
     inserted, or of the one between two switches. At a fold it is the norm of the change of the
-    durations. At a period doubling it is half the norm of the difference of the halves' durations.
+    durations, of the first half if the orbit is its own mirror image. At a period doubling it is
+    half the norm of the difference of the halves' durations.
 
     `coefficient` is that of the Poincare map reduced to one variable: s -> s + coefficient s^2 at a
     fold, s -> -s + coefficient s^3 at a period doubling, which is supercritical if it is positive.
@@ -266,7 +270,7 @@ def _scenario(before: Sequence[complex], after: Sequence[complex]) -> str:
 
 
 def _along(z: Vector, *coefficients: Vector, many: int) -> Matrix:
-    """Curve from z, with so many coefficients."""
+    """Coefficients of a curve from z, zeros to the length `many`."""
     rows = [z, *coefficients]
     return np.array([*rows, *([0 * z] * (many - len(rows)))])
 
@@ -288,7 +292,7 @@ def _growth(orbit: Orbit, segment: int, path: ParameterPath, order: int) -> floa
 
 
 def _null_vectors(matrix: Matrix, n: int) -> tuple[Vector, Vector]:
-    """Left and right null vector of a singular matrix, the right one of norm 1 in n durations."""
+    """Left and right null vector of a matrix, the right one of norm 1 in the first n durations."""
     left, _, right = np.linalg.svd(matrix)
     along = right[-1]
     return left[:, -1], along / np.linalg.norm(along[DURATIONS:][:n])
@@ -304,7 +308,7 @@ class _Singular(NamedTuple):
 
 
 def quadratic(orbit: Orbit, like: Vector | None = None) -> _Singular:
-    """Second derivative of an orbit's equations along their null vector, at a fold.
+    """Quadratic coefficient of an orbit's equations along their null vector, at a fold.
 
     The null vector points in the direction of `like`, a change of z.
     """
@@ -318,9 +322,9 @@ def quadratic(orbit: Orbit, like: Vector | None = None) -> _Singular:
 
 
 def cubic(orbit: Orbit) -> _Singular:
-    """Third derivative of a doubled orbit's equations along their null vector.
+    """Cubic coefficient of a doubled orbit's equations along their null vector.
 
-    `orbit` is the orbit that doubles. The effect of the second derivative is eliminated.
+    `orbit` is the orbit that doubles. The quadratic coefficient is eliminated.
     """
     n, whole = len(orbit.itinerary), doubled(orbit)
     left, along = _null_vectors(whole.system.by_z, n)
@@ -368,10 +372,10 @@ def _period_doubling(orbit: Orbit, path: ParameterPath) -> NormalForm:
 
 
 def degeneracy(orbit: Orbit, segment: int) -> float:
-    """Next derivative of the guard, which is 0 at a degenerate border collision.
+    """Lowest derivative of a guard that need not be 0 at a segment of duration 0.
 
-    It is the guard at the end of the segment of duration 0, divided by the vanishing power of its
-    duration.
+    It is 0 at a degenerate border collision. The guard is that of the segment, and if this is an
+    edge of the drive, that of the segment before.
     """
     numbers, omega, itinerary = orbit.numbers, orbit.value("omega"), orbit.itinerary
     forms = ClosedForms(numbers, orbit.values)
