@@ -109,7 +109,10 @@ class ParameterPath:
         return self.scene.facts.PARAMETERS  # type: ignore[no-any-return]
 
     def value(self, values: Sequence[Number]) -> Number:
-        """Value of the varied parameter, at parameters on the path."""
+        """Value of the varied parameter, at parameters on the path.
+
+        Raises InvalidInput for a new name of which no tied parameter is an affine function.
+        """
         if self.name in self.names:
             return values[self.names.index(self.name)]
         name, function = self._affine()
@@ -117,7 +120,10 @@ class ParameterPath:
         return (values[self.names.index(name)] - at.value) / at.slope
 
     def placed(self, values: Sequence[Number], value: Number) -> list[Number]:
-        """All parameters at a value of the varied one; those not tied are unchanged."""
+        """All parameters at a value of the varied one; those not tied are unchanged.
+
+        Raises ArithmeticError if a tie has no value there.
+        """
         placed = list(values)
         if self.name in self.names:
             placed[self.names.index(self.name)] = value
@@ -128,7 +134,8 @@ class ParameterPath:
     def along(self, by_p: Matrix, value: Number) -> Vector:
         """Total derivative by the varied parameter at `value`, (n,), by the chain rule.
 
-        `by_p` has the derivatives by all parameters, (n, parameters).
+        `by_p` has the derivatives by all parameters, (n, parameters). Raises ArithmeticError if a
+        tie has no value or no derivative there.
         """
         result = 0 * by_p[:, 0]
         if self.name in self.names:
@@ -145,7 +152,7 @@ class ParameterPath:
         return self.along(by_p, self.value(values))
 
     def _affine(self) -> tuple[str, Function]:
-        """Tied parameter that is an affine function of the varied one."""
+        """Tied parameter that is an affine function of the varied one; raises InvalidInput."""
         for name, function in self.ties:
             try:
                 ends = (0.0, 0.7, 1.9)
@@ -161,8 +168,9 @@ class ParameterPath:
         """Raises InvalidInput if the path from one value to another leaves the allowed parameters.
 
         65 evenly spaced values are tried, both ends among them. The error names the parameter that
-        is not allowed, the varied one if an end is not finite, or `ties` that have no value.
-        Parameters not on the path are those of `base`.
+        is not allowed, the varied one if an end is not finite, `ties` that have no value, or
+        `parameter` for a new name without an affine tie. Parameters not on the path are those of
+        `base`.
         """
         for at in (first, last):
             if not math.isfinite(at):
@@ -194,7 +202,7 @@ class PathAxis(NamedTuple):
 
     @property
     def width(self) -> float:
-        """Length of the range."""
+        """Width end - begin of the range, below 0 if it descends."""
         return self.end - self.begin
 
     def value(self, values: Sequence[Number]) -> float:
@@ -215,7 +223,7 @@ class PathAxis(NamedTuple):
         return self.path.by(by_p, values) * self.width
 
     def check(self, base: SceneParameters, values: Sequence[Number]) -> None:
-        """Raises InvalidInput for values off the path, or if it has parameters not allowed."""
+        """Raises InvalidInput for values off the path, or a path with parameters not allowed."""
         self.path.check(base, self.begin, self.end)
         value = self.value(values)
         for given, placed in zip(values, self.path.placed(values, value), strict=True):
@@ -241,8 +249,8 @@ def parameter_path(
         Tied parameters of the scene, other than `name`, each with a function or a text. A function
         takes one number and returns one, by + - * / and powers with constant exponents. A text,
         such as "0.5*omega**2", has numbers, the name of the varied parameter, + - * / ** and
-        parentheses, and 200 characters at most. Parameters are dimensionless; a new name has the
-        units of its ties.
+        parentheses, no name in an exponent, and 200 characters at most. Parameters are
+        dimensionless; a new name has the units of its ties.
     scene : Scene, default the paper's
         Scene of the parameters, as `scenes.load` gives.
 
@@ -254,7 +262,8 @@ def parameter_path(
     Raises
     ------
     InvalidInput
-        For other texts, for ties of an unknown parameter, and for an unknown `name` without ties.
+        For other texts, for ties of an unknown parameter or of `name`, and for an unknown `name`
+        without ties. Continuations check functions.
 
     See Also
     --------
@@ -355,7 +364,7 @@ def _number(function: Function, value: Any) -> Any:
 
 
 def _function(text: str, name: str) -> Function:
-    """Function of a text."""
+    """Function of the parameter `name`, from a text of arithmetic; raises InvalidInput."""
     body = arithmetic("ties", text, (name,))
     return lambda value: body({name: value})
 
