@@ -209,8 +209,8 @@ def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
         For a record that lacks one of these or has another type of it, and for an itinerary or a
         scene that is not known.
     ValueError
-        For values that are no numbers or of another shape, and if the numbers do not solve the
-        equations of the orbit, with a residual below 1e-6.
+        For values that are no numbers or of another shape, and if the equations of the orbit have
+        a residual of 1e-6 or more.
 
     See Also
     --------
@@ -294,7 +294,7 @@ def _fields(one: Any, names: Iterable[str]) -> dict[str, Any]:
 
 
 def orbit_record(orbit: Orbit) -> dict[str, Any]:
-    """Record of an orbit: itinerary, section point, multipliers, admissibility, metrics.
+    """Record of an orbit: itinerary, start, durations, multipliers, admissibility, metrics.
 
     Complex numbers are [real, imaginary]; a gradient is by the name of the parameter.
     """
@@ -348,9 +348,12 @@ def _branch_point(point: BranchPoint) -> dict[str, Any]:
 
 
 def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
-    """Record of a bifurcation and its orbit; `segment` is the segment of duration 0."""
+    """Record of a bifurcation and its orbit.
+
+    `segment` is the segment of duration 0, counted from 1 in the cyclic itinerary, or None.
+    """
     itinerary, segment = one.orbit.itinerary, one.segment
-    if segment is not None:  # counted from 1, from the start of the cyclic itinerary
+    if segment is not None:
         segment = (segment - itinerary.first) % len(itinerary) + 1
     return {**_fields(one, _BIFURCATION), "segment": segment, "orbit": _place(one.orbit, ())}
 
@@ -462,7 +465,7 @@ def branch_files(found: Sequence[Branch], device: SceneDevice | None) -> dict[st
 def curves_record(
     found: Branch, curves: Sequence[Curve], device: SceneDevice | None
 ) -> dict[str, Any]:
-    """Record of curves, with SI units if there is a device."""
+    """Record of curves and the status of their branch, with SI units if there is a device."""
     kept = [curve_record(one) for one in curves]
     for written in kept:
         add_si(device, (*written["points"], *written["codimension_two"]))
@@ -483,7 +486,7 @@ def curve_files(
 
 
 def failure_record(found: Orbit) -> dict[str, Any]:
-    """Record of a failed search: its reason, and the last state of Newton's method."""
+    """Record of a failed search: its reason, the itinerary, and Newton's steps and residual."""
     names = ("success", "status", "message", "itinerary", "iterations")
     return {**_fields(found, names), "residual": plain(float(found.residual))}
 
