@@ -273,10 +273,8 @@ class ExtendedSystem(OrbitEquations):
         many = len(known)
         unknowns = np.array([*known, *(one.share(self.values) for one in self.free)])
         # Near a segment of duration 0 the derivative has an error of about unit^(1/3), by which
-        # each
-        # step reduces the error. If the equations are nearly dependent, rounding moves the unknowns
-        # by
-        # more: the last step is accepted if its square is rounding.
+        # each step reduces the error. If the equations are nearly dependent, rounding moves the
+        # unknowns by more: the last step is accepted if its square is rounding.
         root = numbers.sqrt(numbers.unit)
         small = root * numbers.sqrt(root)
         with np.errstate(all="ignore"):

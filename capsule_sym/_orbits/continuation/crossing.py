@@ -105,7 +105,9 @@ class Continuation(Family):
         """Continue in the itinerary beyond an event, to a state next to it; None if there is none.
 
         Other events of the same orbit are crossed with it, as for equal forces in both directions.
-        Raises Stop if the itineraries on the two sides do not share the condition.
+        Raises Stop if the itineraries on the two sides do not share the condition, and InvalidInput
+        if the fields beyond are no itinerary. The continuation may be left in another itinerary in
+        each case.
         """
         found, u = self._beyond(event)
         for _ in range(len(self.itinerary) if self.zero_segment is None else 0):
@@ -181,7 +183,10 @@ class Continuation(Family):
             raise Stop(Status.CODIMENSION_TWO, f"{where}; beyond, the multipliers are others")
 
     def symmetric(self, state: Spot) -> Spot:
-        """State of the first half of the orbit, if the orbit is its own mirror image."""
+        """State of the first half of the orbit, if the orbit is its own mirror image.
+
+        Else the state itself, as on a curve of smooth bifurcations.
+        """
         if self.itinerary.mirrored or self.critical is not None:
             return state
         if self.zero_segment is None:
@@ -211,9 +216,10 @@ class Continuation(Family):
         return [null, -null]
 
     def neighbour(self, u: Vector, along: Vector, straight: bool = False) -> Restart | None:
-        """State next to u, in the direction of `along`.
+        """State next to u, in the direction of `along`; None if none is found.
 
-        It is nearer to u if another event is near. `along` is the tangent itself if `straight`.
+        It is nearer to u if another event is near. If no state that is found is admissible, it is
+        the farthest. `along` is the tangent itself if `straight`.
         """
         at = self.evaluate(u)
         try:
@@ -322,7 +328,7 @@ class Rejoining:
         return None if after is None else Junction(before, after)
 
     def _at(self, gap: float) -> Orbit | None:
-        """Admissible orbit so far beyond, if it is near.
+        """Admissible orbit at a distance `gap` in q beyond; None if none is near.
 
         The map runs from the state of the branch, in the fields that this selects, and Newton's
         method closes the run.

@@ -62,9 +62,9 @@ def _zero_between(family: Family, name: str, old: Spot, new: Spot) -> SmoothEven
     """Zero of a test function between two states, from its extended system.
 
     If the extended system has no solution near the linear guess, the step is halved. The result is
-    marked as unsolved if this fails too. It is None if the path is lost, if the sign is that of
-    rounding, at a pole of a function that is not smooth, and for a Neimark-Sacker function whose
-    multipliers are a real pair mu, 1/mu.
+    marked as unsolved if this fails too. It is None if the function has no change of sign between
+    the corrected ends, if it is none of `kinds.SMOOTH` and the first guess fails, as at a pole, and
+    for a Neimark-Sacker function whose multipliers are a real pair mu, 1/mu.
     """
     change = new.u - old.u
     normal = change / np.linalg.norm(change)
@@ -140,7 +140,10 @@ def _may_be(family: Family, one: Event, other: Event) -> bool:
 
 
 def hides(family: Family, old: Spot, new: Spot, event: Event) -> bool:
-    """True if another inequality fails before the event."""
+    """True if another inequality fails, or the path is lost, just before the event.
+
+    False for a failed minimum, without a test.
+    """
     if event.failed.kind == MINIMUM:
         return False
     change = new.u - old.u

@@ -198,14 +198,17 @@ class PathRun(ABC):
         return float(self.continuation.row(state.orbit, Condition(name)) @ state.tangent)
 
     def _outside(self, u: Vector) -> tuple[int, float] | None:
-        """Index and border of the first q outside [0, 1]."""
+        """Index and border of the first q outside [0, 1]; None if all are inside."""
         for k in range(len(u) - len(self.problem.axes), len(u)):
             if not 0 <= u[k] <= 1:
                 return k, float(u[k] > 1)
         return None
 
     def _at_border(self, state: Spot, beyond: Corrected, k: int, edge: float) -> Corrected | None:
-        """Point at which a step leaves the range; None if the path turns back near the border."""
+        """Point at which a step leaves the range.
+
+        None if it is not found, or if the path turns back near the border.
+        """
         family, step = self.continuation, beyond.u - state.u
         found = family.corrected_at(state.u + (edge - state.u[k]) / step[k] * step, k, edge)
         if found is None or (edge - 0.5) * state.tangent[k] > 0:
@@ -242,7 +245,8 @@ class PathRun(ABC):
     def beyond(self, old: Spot, orbit: Orbit, along: Vector) -> tuple[Orbit, Spot] | None:
         """Last orbit before a point at which the path ends, and state beyond; None if none.
 
-        `old` is the last state, `orbit` that of the point if it is known, `along` the direction.
+        `old` is the last state, `along` the direction, and `orbit` that of the point, or of `old`
+        if the point is not located.
         """
         return None
 

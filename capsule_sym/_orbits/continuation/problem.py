@@ -34,7 +34,7 @@ _NEWTON_STEPS = 8
 _NEWTON_TOLERANCE = 1e-10
 """Step over the size of u that ends the iteration; the error is its square."""
 _RESIDUAL_TOLERANCE = 1e-13  # residual over the size of u above which Newton's method continues
-_ROUNDING_STEP = 1e-6  # the same as `_TOLERANCE`, if the residual is already rounding
+_ROUNDING_STEP = 1e-6  # step below which the iteration ends if the residual is rounding
 
 OUT_OF_TIME = Status.TIME_LIMIT, "time limit reached, or interrupted"
 
@@ -49,7 +49,10 @@ class Stop(Exception):
 
 @contextmanager
 def computing(points: int, max_seconds: float, *axes: PathAxis) -> Iterator[Problem]:
-    """Problem of a continuation, until the time limit; raises InvalidInput for these arguments."""
+    """Problem of a continuation, until the time limit, at which the block is left.
+
+    Raises InvalidInput for a number of points or a time that is not allowed.
+    """
     check_points(points)
     limit = Watch(checked_seconds(max_seconds))
     with backend("numpy", axes[0].path.scene) as numbers, np.errstate(all="ignore"), limit:
@@ -114,7 +117,10 @@ class SmoothEvent(NamedTuple):
 
 
 class Event(NamedTuple):
-    """Failed inequality, the orbit at which it is 0 with a segment of duration 0, and its share."""
+    """Failed inequality, the orbit at which it is 0 with a segment of duration 0, and its share.
+
+    `segment` is the index of that segment in the itinerary of `change`, and of the solution.
+    """
 
     failed: Inequality
     segment: int
@@ -178,7 +184,7 @@ class Family(OrbitEquations):
 
     @property
     def zero_segment(self) -> int | None:
-        """Segment of duration 0, or the first of two."""
+        """Segment of duration 0, or the first of two; None without one."""
         return self.segments[0] if self.segments else None
 
     def direction(self, segment: int) -> Vector:
@@ -220,7 +226,10 @@ class Family(OrbitEquations):
         return self.corrected(guess, normal)
 
     def state(self, u: Vector, along: Vector, solution: Corrected | None = None) -> Spot:
-        """State at u, or at a given solution, with its tangent in the direction `along`."""
+        """State at u, or at a given solution, with its tangent in the direction `along`.
+
+        Raises Stop if there is no tangent.
+        """
         _, by, orbit = solution.at if solution else self.evaluate(u)
         orbit = replace(orbit, iterations=solution.steps if solution else 0)
         held = inequalities(self.numbers, orbit.itinerary, orbit.system, self.segments)
