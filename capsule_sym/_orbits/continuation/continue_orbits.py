@@ -424,7 +424,7 @@ def _doubled_of(problem: Problem, branch: Branch, points: int) -> Iterator[Branc
 
 
 def _arrival(new: Branch, branch: Branch) -> Bifurcation | None:
-    """Period doubling of a branch at which another branch ends."""
+    """Period doubling of a branch at which another branch ends; None if it ends at none."""
     end = new.bifurcations[-1].orbit
     doublings = (one for one in branch.bifurcations if one.type == kinds.PERIOD_DOUBLING)
     return next((one for one in doublings if same(one.orbit, end)), None)
@@ -471,7 +471,7 @@ def _sides(problem: Problem, point: Origin) -> Iterator[Restart | None]:
 
 
 def _doubled(problem: Problem, orbit: Orbit, side: int = 1) -> Restart | None:
-    """State on the branch of doubled orbits, beside the orbit at its period doubling.
+    """State on the branch of doubled orbits beside a period doubling; None if none is found.
 
     For half an orbit at a symmetry breaking: the state on the branch of one `side`. Two curves of
     solutions of the doubled equations cross there; on one the halves move apart while the parameter
