@@ -194,8 +194,9 @@ class NoOrbit(Orbit):
     """Result without an orbit: `success` is False.
 
     `status` and `message` give the reason, `residual` the largest entry of the final residual,
-    `iterations` the number of Newton steps. An orbit's other properties raise AttributeError with
-    the message.
+    `iterations` the number of Newton steps. `values` and `parameters` are those given, `itinerary`
+    is the one that was refused; without one, as after a run that does not settle, it is None, and
+    the residual inf. Other properties of an orbit raise AttributeError with the message.
     """
 
     scene: Scene = CAPSULE
@@ -233,7 +234,7 @@ class NoOrbit(Orbit):
 
 
 def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
-    """Itinerary, period number, progression, average velocity and start of orbits, as columns."""
+    """Columns with a row for each orbit: itinerary, motion, start state, residual and status."""
     starts = np.array([orbit.z[:3] for orbit in orbits], dtype=float).reshape(-1, 3)
     return {
         "itinerary": np.array([str(orbit.itinerary) for orbit in orbits], dtype=np.str_),
@@ -258,8 +259,9 @@ def solve_itinerary(
     """Orbit of an itinerary near a guess z, by damped Newton steps with the exact Jacobian.
 
     All quantities are dimensionless. The residual of an orbit is at most 1e-13 in double precision
-    and 1e-50 in 50 digits. If the largest entry of z is above 1, these limits are multiplied by it.
-    For long itineraries, whose terms are large, the residual is at most their rounding.
+    and 1e-50 in 50 digits. If the largest `|z_i|` is above 1, these limits are multiplied by it. If
+    the terms of an equation are large, as in a long itinerary, its residual is at most 8 of their
+    roundings.
 
     The result solves the equations of the itinerary. It need not be a motion of the map: durations
     below 0 are allowed. `is_admissible` tests this.

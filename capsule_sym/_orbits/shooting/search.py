@@ -26,10 +26,10 @@ from capsule_sym._orbits.shooting.symmetry import primitive, same
 from capsule_sym._parameters import SceneParameters
 
 _BLOCK = 64  # excitation periods before the first test for a periodic motion
-_NEAR = 0.1  # largest distance of an orbit from its guess, over the motion's size
+_NEAR = 0.1  # largest change of a run that nearly repeats, and distance of an orbit from its guess
 _NEWTON_STEPS = 30
-_CLOSED = 1e-6  # change over the orbit's periods below which the itinerary is read from the run
-_REPEATED = 1e-7  # change over a turn below which a run has settled
+_CLOSED = 1e-6  # change over the periods, over 1 + the state's size, that ends Newton's method
+_REPEATED = 1e-7  # change over a period of the motion below which a run has settled
 _ARRIVED = 1e-6  # distance, over the motion's size, below which a run is on its orbit
 _CLOSER = 1e-3  # share of its distance from an orbit to which a run should decay
 _SLACK = 10  # factor by which a run may be further from an orbit than the multipliers predict
@@ -55,7 +55,8 @@ def solve_orbit(
 
     If there is no orbit, the message gives the reason, also against each of at most three
     itineraries that were tried. The status is then "not-periodic", or that of the refused orbit if
-    the run repeats. A device that drive and load drag without end has no orbit.
+    the run repeats. No orbit is found if drive and load drag the capsule without end, or if a run
+    stops early, as after 10^6 segments.
 
     Parameters
     ----------
@@ -130,9 +131,10 @@ def solve_orbit(
 
 
 class LastPeriod(NamedTuple):
-    """Last period of a run that repeats an itinerary: itinerary, unknowns z, and change.
+    """Period that follows a run that nearly repeats: itinerary, unknowns z, and change.
 
-    `change` is the largest change of the state over the turn, over the motion's size.
+    `change` is the largest change of the state over as many excitation periods at the end of the
+    run, over the largest entry of the last states at phase 0.
     """
 
     itinerary: Itinerary
@@ -211,8 +213,9 @@ def _tested(found: Orbit) -> Orbit:
 def endings(trajectory: Trajectory) -> Iterator[LastPeriod]:
     """Itineraries over 1, 2, ... excitation periods after a run that nearly repeats over so many.
 
-    A motion that repeats after one turn also repeats after several: a longer period is accepted
-    only if it repeats better than each of its divisors.
+    Each is that of a further run over these periods. A motion that repeats after one turn also
+    repeats after several: a longer period is accepted only if it repeats better than each of its
+    divisors.
     """
     marks = np.array(trajectory.stroboscopic[-LONGEST - 1 :], dtype=float)
     size, seen = abs(marks).max() or 1.0, dict[int, float]()
@@ -343,7 +346,10 @@ def search_orbits(
 
 
 class FoundOrbits(Ended, tuple[Orbit, ...]):
-    """Orbits in the order of their period numbers, and the number of searched starts."""
+    """Tuple of orbits in the order of their period numbers.
+
+    `searched` is the number of searched starts, `starts` that of all.
+    """
 
     searched: int
     starts: int
@@ -431,8 +437,8 @@ def orbit_at(
 
     The map is run from the state over `period_number` excitation periods. This run is the guess
     from which the orbit of its itinerary is solved for, so that the state may be slightly off the
-    orbit. The result is None if the run is no cycle of segments, if Newton's method does not
-    converge, or if the orbit is not admissible.
+    orbit. Its distance from the orbit is not tested. The result is None if the run is no cycle of
+    segments, if Newton's method does not converge, or if the orbit is not admissible.
 
     Parameters
     ----------
@@ -473,7 +479,7 @@ def orbit_at(
 
 
 def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
-    """Orbit next to a run over one period."""
+    """Admissible orbit of the itinerary of a run over one period, traversed once, or None."""
     guess = _one_period(run, period_number)
     orbit = solve_itinerary(run.parameters, *guess) if guess else None
     return (
@@ -482,7 +488,7 @@ def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
 
 
 def _one_period(run: Trajectory, period_number: int) -> tuple[Itinerary, list[float]] | None:
-    """Itinerary and unknowns of a run over one period of an orbit, from phase 0 to phase 0."""
+    """Itinerary and unknowns of a run over one period of an orbit, from phase 0; or None."""
     segments = [*run.segments]
     if len(segments) > 1 and segments[0].field == segments[-1].field:
         # The period starts in the middle of a segment: the last segment is its first part.
