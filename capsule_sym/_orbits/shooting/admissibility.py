@@ -31,7 +31,7 @@ class Inequality(NamedTuple):
     The meaning of `value` depends on `kind`:
 
     - "duration": duration of segment `segment`;
-    - "minimum": least value of guard `guard`, at the time `time` inside the segment;
+    - "minimum": value of guard `guard` at one of its minima, at the time `time` inside the segment;
     - "landing": where the segment ends with v_c = 0, distance of the force from the friction bound,
       inside it if stick follows, beyond it if the drift is reversed;
     - "edge": where the segment ends at an edge with a jump of the pull on the capsule, distance of
@@ -68,11 +68,11 @@ def inequalities(
     """All inequalities of an itinerary at a solution of its equations.
 
     The minima are all interior minima of a segment, with proof; at its ends the itinerary's
-    equations and the other inequalities bound the guards. There are none next to a segment of
-    negative duration. The segments `zero_segments` have the duration 0; inequalities that are 0
-    with them are left out. If the motion is its own mirror image, pairs are evaluated in the first
-    half, the gap of a single stop in both. If the spring of a single stop has no stiffness, its gap
-    is free.
+    equations and the other inequalities bound the guards. The segments `zero_segments` have the
+    duration 0; inequalities that are 0 with them are left out. Any other segment of duration <= 0
+    has only the inequality of its duration, and so have the segments before and after it. If the
+    motion is its own mirror image, pairs are evaluated in the first half, the gap of a single stop
+    in both; that gap is free if the stop's spring has no stiffness.
     """
     found = []
     n, flows = len(itinerary), system.flows
@@ -188,8 +188,9 @@ def _gaps(
 def tightest(orbit: Orbit) -> Inequality:
     """Inequality of an orbit's itinerary with the least value.
 
-    On a motion of the map all inequalities are above 0. The least one is the
-    distance of the orbit from a change of its itinerary.
+    On a motion of the map all inequalities are above 0. The least one shows how near the orbit is
+    to a change of its itinerary. It is a duration, a length, a velocity or a force, by its kind and
+    guard; all are compared by their dimensionless values.
 
     Parameters
     ----------
@@ -239,15 +240,16 @@ def _landing(itinerary: Itinerary, flows: Sequence[SegmentFlow], segment: int) -
 
 
 def is_admissible(orbit: Orbit) -> bool:
-    """True if the certified map, run for the orbit's periods, has the same itinerary.
+    """True if the certified map, run from a state of the orbit, has the same itinerary.
 
-    The run starts in the middle of the longest segment, away from all guards. If no stop's spring
-    has stiffness, an itinerary without contact represents those with contact.
+    The run starts in the middle of the longest segment, away from all guards, and takes one
+    excitation period more than the orbit. If no stop's spring has stiffness, an itinerary without
+    contact represents those with contact.
 
     Parameters
     ----------
     orbit : Orbit
-        A solved orbit, whose `success` is True.
+        A solved orbit, whose `success` is True; not a first half, but its `whole_orbit`.
 
     Returns
     -------
@@ -257,7 +259,8 @@ def is_admissible(orbit: Orbit) -> bool:
     Raises
     ------
     InvalidInput
-        For an orbit that was not found, a `NoOrbit`.
+        For an orbit that was not found, a `NoOrbit`, and for parameters outside the ranges of a
+        run.
 
     See Also
     --------
