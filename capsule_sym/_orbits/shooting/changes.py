@@ -1,4 +1,4 @@
-"""Changes of an itinerary where an inequality fails: insertion or removal of a segment.
+"""Changes of an itinerary where an inequality fails: segments inserted, removed or swapped.
 
 Close to a tangency, a landing on the edge of stick, or a corner, the failing guard determines the
 inserted segment. The event is the orbit on which that segment has the duration 0.

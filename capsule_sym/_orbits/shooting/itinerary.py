@@ -95,7 +95,9 @@ class Itinerary:
     images of the segments follow them, a single stop is not in contact, and `period_number` is odd.
     Fields are those of the scene.
 
-    `of` and `parse` check that fields and guards fit each other, the constructor does not.
+    The constructor raises InvalidInput for a period number that is below 1, even with `mirrored`,
+    or not half the number of edges of pulses. `of` and `parse` also check that fields and guards
+    fit each other, the constructor does not.
     """
 
     segments: tuple[ItinerarySegment, ...]
@@ -126,8 +128,8 @@ class Itinerary:
         """Itinerary of these fields; each guard follows from a field and the next one.
 
         Raises InvalidInput for a field that does not exist, for two fields that no single guard
-        connects, for one field alone unless it sticks or is `mirrored`, and for another number of
-        periods.
+        connects, for one field alone unless it sticks without pulses or is `mirrored`, and for a
+        period number as the constructor does.
         """
         order = tuple(fields)
         for field in order:
@@ -268,9 +270,9 @@ class Itinerary:
     def vanishing(self, index: int) -> dict[Guard, int]:
         """Guards that vanish at a segment's start, from the guard that ended the segment before.
 
-        Each has the number of derivatives, from itself on, that vanish: 1 for a gap that begins at
-        0 and for a capsule that begins at rest, 2 if it was at rest without acceleration, so unless
-        an edge ends the rest.
+        Each has the number of derivatives, from itself on, that vanish. It is 1 for a gap that
+        begins at 0, and for v_c after a landing or after a rest that an edge ends. It is 2 for v_c
+        after any other rest, where v_c' is 0 too.
         """
         before, stop = self.guard_before(index), self.stop(index - 1)
         field = self.fields[index]
@@ -285,6 +287,6 @@ class Itinerary:
         return {Guard.DRIFT: 2} if before else {}
 
     def zeros(self, index: int) -> int:
-        """Number of derivatives of a segment's own guard, from itself on, that vanish there."""
+        """Number of derivatives of a segment's guard, itself included, that vanish at its start."""
         guard = self.segments[index].guard
         return self.vanishing(index).get(guard, 0) if guard else 0

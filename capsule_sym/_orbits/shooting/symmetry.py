@@ -203,7 +203,10 @@ def halved_at(orbit: Orbit, segment: int | None) -> tuple[Orbit, int | None] | N
 
 
 def half_itinerary(itinerary: Itinerary) -> Itinerary | None:
-    """Itinerary of the first half; None if the second half is not its mirror image."""
+    """Itinerary of the first half; None if the second half's fields are not its mirror image.
+
+    It is also None for an even period number, and for contact with a single stop.
+    """
     n = len(itinerary) // 2
     scene, alone = itinerary.scene, len(itinerary.scene.facts.STOPS) == 1
     if itinerary.period_number % 2 == 0 or (alone and touches(itinerary)):
