@@ -110,14 +110,18 @@ class Performances:
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
-        """The three Floquet multipliers, the largest modulus first, shape (n, 3)."""
+        """The three Floquet multipliers, the largest modulus first, shape (n, 3).
+
+        They are those over the requested number of excitation periods, also if the motion has a
+        smaller period number.
+        """
         return multipliers_of(self.records["monodromy"].reshape(-1, 3, 3), self.records["sticks"])
 
     @checked
     def itinerary(self, i: int) -> tuple[str, ...]:
         """Names of the fields of one period of motion i, from the standard first one.
 
-        Of a motion that is not found the fields that were passed, if there are any.
+        Empty for a motion that is not found, unless only its metrics or derivatives fail.
         """
         check_count("i", i, -len(self), len(self) - 1)
         return tuple(f"F{field}" for field in self.cycle(i))

@@ -149,7 +149,8 @@ def floquet_multipliers(orbit: OrbitLike) -> NDArray[np.complex128]:
     """The three Floquet multipliers of an orbit, complex, the largest modulus first.
 
     One is exactly 0 if the capsule sticks on the orbit: stick ends with v_c = 0 for all deviations.
-    For the first half of a symmetric orbit they are those of the whole orbit.
+    For the first half of a symmetric orbit they are those of the whole orbit. They have double
+    precision with every backend.
 
     Parameters
     ----------
@@ -189,7 +190,10 @@ def floquet_multipliers(orbit: OrbitLike) -> NDArray[np.complex128]:
 
 
 def _product(orbit: OrbitLike, first: int) -> Matrix:
-    """Product of Jacobians and saltation matrices over the segments from `first` on."""
+    """Product of Jacobians and saltation matrices over the segments, in cyclic order from `first`.
+
+    For the first half of a symmetric orbit it is multiplied by the reflection.
+    """
     flows, itinerary = orbit.system.flows, orbit.itinerary
     n, numbers = len(flows), orbit.numbers
     forms = ClosedForms(numbers, orbit.values)
