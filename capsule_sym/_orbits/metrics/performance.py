@@ -4,8 +4,8 @@ Work and damper loss are integrals of products of closed forms, which are entire
 of known exponential type. Gauss-Legendre quadrature on panels that are short compared with that
 type has no error above rounding, at resonance and for short segments too. As the fast mode of
 strong damping decays, the panels become longer. Each integral is computed on its own, so that the
-energy balance, work = damper loss + friction loss, tests both. Friction loss and progression are
-closed forms.
+energy balance, work = damper loss + friction loss + lift, tests both. Friction loss, lift and
+progression are closed forms.
 
 A gradient is that along the branch of orbits, by the implicit function theorem.
 """
@@ -40,7 +40,7 @@ from capsule_sym._parameters import Scene
 from capsule_sym.generated.interface import Quantity
 
 # Relative error of n nodes on e^(lambda t) over a panel h: (lambda h)^(2n) (n!)^4/((2n + 1)
-# (2n)!^3), below 1e-20 for 16 nodes if lambda h <= 12, below 1e-65 for 48 nodes up to 30.
+# (2n)!^3), about 1e-20 for 16 nodes if lambda h = 12, below 1e-65 for 48 nodes up to 30.
 _NODES, _REACH = 16, 12
 _MOST_EXPONENT = 700.0
 _MPMATH_DEGREE, _MPMATH_REACH = 5, 30  # mpmath's rule of this degree has 48 nodes
@@ -61,7 +61,7 @@ def shown(scene: Scene) -> tuple[str, ...]:
     return (*METRICS[:5], "lift", *METRICS[5:]) if scene.facts.LIFTS else METRICS
 
 
-_Energy = tuple[Number, Vector]  # of a segment, and its derivatives (12,) within the segment
+_Energy = tuple[Number, Vector]  # of a segment, and its derivatives (columns,) within it
 
 
 class Metric(NamedTuple):
@@ -176,7 +176,7 @@ def performance(orbit: Orbit) -> Performance:
 
 
 def _along(orbit: Orbit, value: Number, by: Vector) -> Metric:
-    """Metric from its derivatives (n + 11,); the gradient is that along the branch of orbits."""
+    """Metric from its derivatives by z and parameters; the gradient is that along the branch."""
     unknowns = len(orbit.z)
     slopes = by[unknowns:] + by[:unknowns] @ orbit.by_parameter
     return Metric(value, dict(zip(orbit.scene.facts.PARAMETERS, slopes, strict=True)))
@@ -205,7 +205,7 @@ def _lift(orbit: Orbit, progression: Metric) -> Metric:
 
 
 def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, _Energy]:
-    """Drive's work, damper loss and friction loss of a segment, each with derivatives (12,)."""
+    """Drive's work, damper loss and friction loss of a segment, each with derivatives in it."""
     c, h = flow.c, flow.h
     check_time()
     fractions, weights = panels(forms.numbers, c, abs(float(h)))
@@ -233,8 +233,8 @@ def _sample(
 ) -> tuple[Vector, Vector, Vector, Vector, Matrix, Matrix]:
     """v_r, v_c, cosine and sine of the forcing angle, and derivatives of state and angle.
 
-    The derivatives are (3, 12, many) and (12, many), those by the duration at a fixed fraction of
-    it.
+    The derivatives are (3, columns, many) and (columns, many), those by the duration at a fixed
+    fraction of it.
     """
     c, times = flow.c, fractions * flow.h
     runs = [forms.run(flow.segment.field, c, flow.closed, time) for time in times]
@@ -297,7 +297,7 @@ def _mpmath_nodes() -> tuple[Vector, Vector]:
 
 
 def _peak(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> tuple[Number, Vector]:
-    """Largest |P| along an orbit, or force of a stop's spring, and its derivatives (n + 11,)."""
+    """Largest |P| on an orbit, or force of a stop's spring; derivatives by z and parameters."""
     _, flow, time = max(
         _places(forms, orbit, quantity), key=lambda one: one[0], default=3 * (None,)
     )
@@ -322,9 +322,9 @@ def _peak(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> tuple[Number,
 def _places(
     forms: ClosedForms, orbit: Orbit, quantity: Quantity
 ) -> Iterator[tuple[tuple[Number, Number], SegmentFlow, Number | None]]:
-    """Ends, at the time None, and extrema of all segments, with what they are compared by.
+    """Ends, at the time None, and extrema of all segments, with the sizes that order them.
 
-    Of the gap only those of segments in contact; without stiffness the longest contact counts.
+    Of the gap only those of segments in contact; without stiffness the deepest contact counts.
     """
     for flow in orbit.system.flows:
         c, (x_r, v_r, _) = flow.c, flow.end

@@ -2,9 +2,10 @@
 
 The unknowns are z = (x_r, v_r, v_c, theta, h_1, ..., h_n): state and forcing angle at the start of
 the first segment, and the duration of every segment. The n + 4 equations are: each segment's guard
-vanishes at its end; the final state and forcing angle are those of the start, while x_c may differ
-(modulo drift). If a motion is its own mirror image, only its first half is solved for. It ends in
-the image of its start, so that an event that happens twice by symmetry appears once.
+vanishes at its end, or without switches theta is 0; the final state and forcing angle are those of
+the start, while x_c may differ (modulo drift). If a motion is its own mirror image, only its first
+half is solved for. It ends in the image of its start, so that an event that happens twice by
+symmetry appears once.
 
 If a guard vanishes at the segment's start too, that root is divided out. The equations then stay
 regular as the segment shrinks to zero duration, and beyond, at negative durations. An orbit with a
@@ -46,11 +47,12 @@ Matrix = NDArray[Any]
 class SegmentFlow:
     """Flow of a segment: closed form, ends, and derivatives with respect to (z, parameters).
 
-    States are (x_r, v_r, v_c). `angle` is the forcing angle at the start, not reduced. `moved` has
-    the increments of x_r, v_c and x_c. `matrix` has a row for x_r, v_r, v_c and the advance of x_c:
-    derivatives within the segment, in the columns JACOBIAN_COLUMNS of the kernels. `start_by`,
-    `end_by` (3, many) and `angle_by` (many,) are total derivatives by z and the parameters; the
-    segment's duration is entry `column` of z.
+    `c` are the constants of the segment's field, `closed` the kernels' `Start`, `h` is the
+    duration. States are (x_r, v_r, v_c). `angle` is the forcing angle at the start, not reduced.
+    `moved` has the increments of x_r, v_c and x_c. `matrix` has a row for x_r, v_r, v_c and the
+    advance of x_c: derivatives within the segment, in the columns JACOBIAN_COLUMNS of the kernels.
+    `start_by`, `end_by` (3, many) and `angle_by` (many,) are total derivatives by z and the
+    parameters; the segment's duration is entry `column` of z.
     """
 
     segment: ItinerarySegment
@@ -71,7 +73,7 @@ class SegmentFlow:
         return f"<SegmentFlow in F{self.segment.field} for {float(self.h):.6g}>"
 
     def total(self, rows: Matrix) -> Matrix:
-        """Total derivatives (..., many) of quantities with rows (..., 12) within the segment."""
+        """Total derivatives (..., many) of quantities with rows (..., columns) in the segment."""
         return total(rows, self.start_by, self.angle_by, self.column)
 
 
@@ -113,7 +115,7 @@ def shooting(
 ) -> ShootingSystem:
     """Equations of an itinerary at unknowns z, for values of the parameters in their order.
 
-    In double precision they are evaluated by the C core if it exists.
+    In double precision they are evaluated by the C core if it exists, up to 4,096 segments.
     """
     check_time()
     forms = ClosedForms(numbers, values)

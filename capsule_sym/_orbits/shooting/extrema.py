@@ -61,7 +61,7 @@ def minima(numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]) -> I
             if kind == c.drift:
                 yield Minimum(Guard.DRIFT, time, kind * value)
         return
-    # In stick the pull is least nearest to its lower bound.
+    # In stick a minimum of the pull is compared with its lower bound, a maximum with the upper one.
     for kind, time, value in extrema(numbers, flow, Quantity.PULL, zeros):
         least = c.friction_guard(kind, value)
         yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, least)

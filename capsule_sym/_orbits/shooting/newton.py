@@ -20,8 +20,8 @@ from capsule_sym.generated.interface import Solving
 _MOST_STEPS = 25
 _LEAST_SCALE = 2.0**-12
 _FINE = 2**13  # units of rounding in a step that is not tested further
-_LOST = 0.01  # condition of the equations, over the resolution of double precision
-_BACK = 0.5  # allowed negative duration of a segment, over its fastest rate
+_LOST = 0.01  # largest condition of the equations, times the unit of rounding
+_BACK = 0.5  # largest negative duration of a segment, times its fastest rate
 
 
 class Solution(NamedTuple):
