@@ -119,7 +119,7 @@ class Performances:
 
     @checked
     def itinerary(self, i: int) -> tuple[str, ...]:
-        """Names of the fields of one period of motion i, from the standard first one.
+        """Names of the fields of motion i over the requested periods, from the standard first one.
 
         Empty for a motion that is not found, unless only its metrics or derivatives fail.
         """
@@ -127,7 +127,7 @@ class Performances:
         return tuple(f"F{field}" for field in self.cycle(i))
 
     def cycle(self, i: int) -> tuple[int, ...]:
-        """Numbers of the fields of one period of motion i, as in `itinerary`."""
+        """Numbers of the fields of motion i, as in `itinerary`."""
         passed = self.fields[i][: self.records["segments"][i]].tolist()
         # The run starts and ends within one segment, unless a switch is at the angle 0.
         if len(passed) > 1 and passed[0] == passed[-1]:

@@ -127,8 +127,8 @@ def performance(orbit: Orbit) -> Performance:
     InvalidInput
         For an orbit that was not found, a `NoOrbit`.
     numpy.linalg.LinAlgError
-        Exactly at a fold, where the branch has no gradient. Next to it, within rounding, gradients
-        are very large.
+        Where the orbit's equations are exactly singular, as at a fold, where the branch has no
+        gradient. Next to it, within rounding, gradients are very large.
 
     See Also
     --------

@@ -153,8 +153,8 @@ class Orbit(Ended, Labelled):
 
         Shape (k + 4, parameters) for k segments; 7 parameters in the paper's scene.
 
-        Raises numpy.linalg.LinAlgError exactly at a fold. Next to it, within rounding, the
-        derivatives are very large.
+        Raises numpy.linalg.LinAlgError where the equations are exactly singular, as at a fold. Next
+        to it, within rounding, the derivatives are very large.
         """
         return -solve(self.numbers, self.system.by_z, self.system.by_p)
 
