@@ -1,4 +1,4 @@
-"""Axes of a sweep: values of parameters and starts, checked before memory is allocated."""
+"""Axes of a sweep: values of parameters and of the start."""
 
 from __future__ import annotations
 
@@ -30,8 +30,9 @@ class Axis:
     """One dimension of a sweep: values, shape (n, k), of k quantities that change together.
 
     The quantities are parameters, or `x_r`, `v_r`, `v_c` and `phase` of the start, all
-    dimensionless. `device` has the SI values of an axis of a device. Raises InvalidInput for values
-    that are no numbers; a `Sweep` checks that its scene has the quantities and allows the values.
+    dimensionless. `device` has the SI values of an axis of a device. Raises InvalidInput for a name
+    that no axis can have, and for values that are no numbers or of another shape; a `Sweep` checks
+    that its scene has the quantities and allows the values.
     """
 
     name: str
@@ -52,7 +53,10 @@ class Axis:
         object.__setattr__(self, "values", values)
 
     def check(self, scene: Scene) -> None:
-        """Raise InvalidInput unless a scene has the quantities, and allows the values."""
+        """Raise InvalidInput unless a scene has the quantities and allows the values.
+
+        Also raised if the axis has the name of a quantity, and not that quantity alone.
+        """
         known = named(scene)
         for quantity, column in zip(self.quantities, self.values.T, strict=True):
             check_one_of("axis", quantity, known, scene.told)
@@ -67,7 +71,7 @@ class Axis:
             raise InvalidInput("axis", self.name, f"a name that is not one of {', '.join(known)}")
 
     def part(self, where: slice) -> Axis:
-        """Axis of some of the values."""
+        """Axis of a slice of the values."""
         device = self.device and (self.device[0][where], self.device[1])
         return replace(self, values=self.values[where], device=device)
 
@@ -80,7 +84,7 @@ class Axis:
         return brief(self, f"{counted(len(self), 'value')}, {ends}", self.name)
 
     def _ends(self) -> tuple[list[float], list[float], str]:
-        """First and last value, and their unit if the axis is one of a device."""
+        """First and last row of the values, and their unit: in SI units for an axis of a device."""
         values, unit = self.device or (self.values, "")
         return values[0].reshape(-1).tolist(), values[-1].reshape(-1).tolist(), unit
 
@@ -116,7 +120,8 @@ class Axis:
     def linear(cls, name: str, low: float, high: float, count: int) -> Self:
         """`count` evenly spaced values of one quantity, including both ends.
 
-        Raises InvalidInput for ends or a count that are not allowed.
+        A count is 1 to 10^8; a single value is `low`. Raises InvalidInput for ends or a count that
+        are not allowed.
         """
         return cls.of(name, _spaced(np.linspace, name, low, high, count))
 
@@ -125,7 +130,8 @@ class Axis:
     def log(cls, name: str, low: float, high: float, count: int) -> Self:
         """`count` values of one quantity in geometric progression, including both ends (above 0).
 
-        Raises InvalidInput for ends or a count that are not allowed.
+        A count is 1 to 10^8; a single value is `low`. Raises InvalidInput for ends or a count that
+        are not allowed.
         """
         if not (low > 0 and high > 0):
             raise InvalidInput(name, (low, high), "> 0 for a logarithmic axis")
@@ -137,8 +143,9 @@ class Axis:
     def sobol(cls, ranges: Mapping[str, Sequence[float]], count: int, seed: int) -> Self:
         """`count` points of a scrambled Sobol sequence in a box, one range for each quantity.
 
-        The sequence is balanced if `count` is a power of two. Raises InvalidInput for ranges, a
-        count or a seed that are not allowed.
+        The axis has the name "sample". The sequence is balanced if `count` is a power of two. A
+        count is 1 to 10^8 over the number of ranges, a seed 0 to 10^12. Raises InvalidInput for
+        ranges, a count or a seed that are not allowed.
         """
         if not ranges:
             raise InvalidInput("sobol", ranges, "a table of ranges [low, high] by name")
@@ -168,7 +175,10 @@ class Axis:
 
 
 def check_name(name: object) -> None:
-    """Raises InvalidInput unless an axis can have this name."""
+    """Raises InvalidInput unless an axis can have this name.
+
+    It is an identifier of at most 100 characters, and not the name of a result.
+    """
     if not isinstance(name, str) or not name.isidentifier() or len(name) > _LONGEST_NAME:
         raise InvalidInput("axis", name, "a name of letters and digits")
     if name in TAKEN:
@@ -176,7 +186,7 @@ def check_name(name: object) -> None:
 
 
 def _doubles(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Values as doubles, in their shape; raises InvalidInput for other types."""
+    """Copy of values as doubles, in their shape; raises InvalidInput unless they are numbers."""
     try:
         given = np.asarray(values) if hasattr(values, "dtype") else np.array(values, dtype=object)
         real = given.dtype.kind in "iuf" or (
@@ -196,7 +206,10 @@ def named(scene: Scene) -> tuple[str, ...]:
 
 
 def _spaced(space: Any, name: str, low: float, high: float, count: int) -> NDArray[np.float64]:
-    """Values from `low` to `high`; raises InvalidInput for ends that are not finite."""
+    """Values from `low` to `high`, spaced by a function of NumPy.
+
+    Raises InvalidInput for ends that are not finite, and a count that is not allowed.
+    """
     check_count("count", count, most=_MOST_VALUES)
     for end in (low, high):
         if not real(end):

@@ -41,7 +41,7 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
         - `compute`: the quantities, by default `["itinerary"]`: some of itinerary, progression,
           final, multipliers, energies, forces and lyapunov.
         - `chunk`: number of cells of a chunk along each axis. By default a chunk takes at most
-          about two seconds, and small sweeps are cut finer.
+          about two seconds in the C core, or has at most 16 cells; small sweeps are cut finer.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def read_plan(plan: str | PathLike[str] | Mapping[str, Any]) -> Sweep:
 
 
 def _axis(name: str, given: Any, device: SceneDevice | None) -> Axis:
-    """Axis of a plan, in SI units if it is of a device."""
+    """Axis of a plan, in SI units if its name is that of a quantity of the device."""
     check_name(name)
     own = device if device is not None and name in device.scene.facts.DRIVEN else None
     if isinstance(given, list | tuple):
@@ -131,7 +131,7 @@ def _check_table(
     needed: Sequence[str] = (),
     told: str = "",
 ) -> None:
-    """Raises InvalidInput unless this is a table with these keys alone."""
+    """Raises InvalidInput unless this is a table with allowed keys alone, and all needed ones."""
     if not isinstance(given, Mapping):
         raise InvalidInput(field, given, "a table")
     for name in given:

@@ -1,4 +1,4 @@
-"""Quantities of a cell, and their types, dimensions, units and meanings in a store."""
+"""Quantities of a cell, and their types, dimensions and meanings in a store."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ class CellOutcome(IntEnum):
     PENDING = 0
     #: The motion is periodic, or approaches a stable periodic orbit.
     CONVERGED = 1
-    #: The motion is periodic, and at least one decision was made with 50 digits.
+    #: The motion is periodic; doubles did not decide some switch or field, and more digits were
+    #: tried.
     ESCALATED = 2
     #: The motion has not settled within the sweep's periods: chaos, a period number above 16, or a
     #: slow approach from afar.

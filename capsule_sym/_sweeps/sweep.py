@@ -32,17 +32,18 @@ _ORBIT, _EXPONENT = 100, 20_000
 class Sweep:
     """Runs at every combination of the axes' values; all other values are fixed.
 
-    Runs start in `state`, (x_r, v_r, v_c), at `phase`, a time from 0 to below the excitation
-    period. A motion is periodic if at the end of `periods` excitation periods, 1 or more, its
-    states repeat over at most 16 of them within `tolerance`, between 0 and 1, or if it approaches a
-    stable orbit that does. `compute` has some of itinerary, progression, final, multipliers,
-    energies, forces and lyapunov.
+    Runs start in `state`, (x_r, v_r, v_c), at `phase`, a time from 0 to below the shortest
+    excitation period. A motion is periodic if at the end of `periods` excitation periods, 1 to
+    10^12, its states repeat after at most 16 of them within `tolerance`, between 0 and 1, or if it
+    approaches a stable orbit that does. `compute` has some of itinerary, progression, final,
+    multipliers, energies, forces and lyapunov.
 
     A sweep has at most 10^10 cells. Results are written in chunks of `chunk` cells along each axis,
-    at most 2^20 in all; by default a chunk takes at most about two seconds, and small sweeps are
-    cut finer. All quantities are dimensionless. With a `device` no `parameters` are given, and
-    axes may be `Axis.of_device`; results then have `si_scale` and `si_units` to convert them to SI
-    units. Raises InvalidInput for a value that is not allowed.
+    at most 2^20 in all. By default a chunk takes at most about two seconds in the C core, or has at
+    most 16 cells; small sweeps are cut finer. All quantities are dimensionless. With a `device` no
+    `parameters` are given: they are those of the device. Axes may then be `Axis.of_device`, and
+    results have `si_scale` and `si_units` to convert them to SI units. Raises InvalidInput for a
+    value that is not allowed.
     """
 
     kind: ClassVar[str] = "sweep"
@@ -112,7 +113,7 @@ class Sweep:
             raise InvalidInput("chunk", given, allowed)
 
     def _chunk(self) -> tuple[int, ...]:
-        """Halve the longest side until a chunk takes one to two seconds."""
+        """Sides of a chunk by default: the longest is halved until the chunk is small enough."""
         more = _ORBIT if OF_ORBIT & set(self.compute) else 0
         more += _EXPONENT if "lyapunov" in self.compute else 0
         room = max(16, _PERIODS_PER_CHUNK // (self.periods + more))
@@ -181,7 +182,7 @@ class Sweep:
         return rows.copy(), states.copy(), phases[:, 0].copy()
 
     def further(self, store: Path) -> dict[str, Any]:
-        """Results of all cells, each `Added`, that are computed from the others at the end."""
+        """Further results by name, each `Added`, from the cells in a finished store; none here."""
         return {}
 
     def record(self) -> dict[str, Any]:
