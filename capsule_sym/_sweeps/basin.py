@@ -31,7 +31,7 @@ _MOST_CELLS = 10**8  # their final states are held in memory
 
 
 class Basins(NamedTuple):
-    """Attractors of a basin, the most frequent first, and the attractor number of each cell."""
+    """Attractors of a basin, the most frequent first, and the number of each cell's; -1 is none."""
 
     attractors: tuple[Attractor, ...]
     numbers: NDArray[np.int16]
@@ -40,11 +40,11 @@ class Basins(NamedTuple):
 def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[Summary, Basins]:
     """Run of a basin, with the attractor number of each cell.
 
-    The variable `attractor` is added to the results of the store. Attractors are stable orbits that
-    Newton's method finds from the ends of the runs. A cell has the number -1 if its motion is not
-    periodic, or if no stable orbit is found from its final state. The cells compute their
-    itinerary, progression and final state, and nothing else, whatever the sweep's `compute` has.
-    The extra `sweep` is needed.
+    At the end of the run the variable `attractor` is added to the results of the store. Attractors
+    are stable orbits that Newton's method finds from the ends of the runs. A cell has the number -1
+    if its motion is not periodic, or if no stable orbit is found from its final state. The cells
+    compute their itinerary, progression and final state, and nothing else, whatever the sweep's
+    `compute` has. The extra `sweep` is needed.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class _OverStarts(Sweep):
     found: Basins = field(default=Basins((), np.empty(0, np.int16)), init=False)
 
     def further(self, store: Path) -> dict[str, Any]:
-        """Attractor number of each cell."""
+        """Attractor number of each cell, as the result "attractor"; sets `found`."""
         with open_results(store) as results:
             found = identify(self.parameters, results)
         object.__setattr__(self, "found", found)

@@ -75,7 +75,7 @@ def _shared(scene: Scene) -> list[int]:
 class _Cells:
     """Cells of a chunk, sorted so that neighbours share parameters.
 
-    `order` is the sorting permutation, `back` its inverse.
+    `order` is the sorting permutation, `back` its inverse. Columns and indices are in this order.
     """
 
     def __init__(self, part: Sweep, watch: Watch) -> None:
@@ -95,6 +95,7 @@ class _Cells:
         self.reasons: dict[int, str] = {}
 
     def guarded(self, i: int, work: Callable[[int], None]) -> None:
+        """Do some work on a cell; an exception lets the cell fail, and no other."""
         self.look()
         try:
             work(i)
@@ -104,6 +105,7 @@ class _Cells:
             self.fail(i, f"{type(error).__name__}: {error}")
 
     def look(self) -> None:
+        """Raise Abandoned if the watch is over."""
         if self.watch.over:
             raise Abandoned("the run was stopped")
 
@@ -118,7 +120,10 @@ class _Cells:
             self.guarded(i, self.slow)
 
     def settle(self) -> None:
-        """Close cells that approach a stable orbit too slowly to repeat within the periods."""
+        """Run again the cells that have not repeated, from the stable orbit that they approach.
+
+        Sets `periods` to the length of these runs.
+        """
         outcome, number = self.columns["outcome"], self.columns["period_number"]
         every = np.flatnonzero((outcome != CellOutcome.FAILED) & (number == 0))
         self.periods = 2 * LONGEST
@@ -136,7 +141,10 @@ class _Cells:
             self.run(some[[cycle is not None for cycle in cycles]])
 
     def fast(self, core: Any, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Run cells in the C core; returns the indices of those that it could not decide."""
+        """Run cells in the C core; returns the indices of those that are left to `slow`.
+
+        It cannot decide them, or their motion has too many switches.
+        """
         count, last, watch = len(chosen), min(self.periods, 2 * LONGEST), self.watch
         rows, states, phases = self.rows[chosen], self.states[chosen], self.phases[chosen]
         records, motions = np.empty(count, core.records.STATE), np.zeros(count, core.records.MOTION)
@@ -177,7 +185,8 @@ class _Cells:
     def close_many(self, chosen: NDArray[np.intp], switches: NDArray[np.uint8]) -> None:
         """Requested quantities of closed orbits, for cells with a periodic motion.
 
-        A cell whose orbit has another itinerary than its motion is left to `close`.
+        A cell without such an orbit, or whose orbit has another itinerary than its motion, is left
+        to `close`.
         """
         asked, numbers = self.part.compute, self.columns["period_number"][chosen]
         motions = self.rows[chosen], self.columns["final"][chosen], numbers
@@ -220,7 +229,7 @@ class _Cells:
         return found
 
     def slow(self, i: int) -> None:
-        """Run one cell by `simulate`, which escalates to 50 digits."""
+        """Run one cell alone, with escalation to 50 digits."""
         parameters, part = self.scene.Parameters(*self.rows[i].tolist()), self.part
         state, phase = tuple(self.states[i].tolist()), float(self.phases[i])
         # The last run is long enough to detect the longest period.
@@ -253,7 +262,11 @@ class _Cells:
         self.columns["outcome"][i] = outcome
 
     def close(self, i: int) -> None:
-        """Requested quantities of the closed orbit of one cell, or of its run if it has none."""
+        """Requested quantities of the closed orbit of one cell.
+
+        The cell fails if no orbit is found, or one of another itinerary. A cell without a periodic
+        motion gets the Lyapunov exponent alone, that of a further run.
+        """
         columns, part = self.columns, self.part
         parameters = self.scene.Parameters(*self.rows[i].tolist())
         state = tuple(columns["final"][i].tolist())

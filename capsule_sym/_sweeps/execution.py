@@ -33,8 +33,9 @@ Progress = Callable[[int, int], None]
 class Summary(Ended):
     """Summary of a run: all cells, cells computed now, damaged parts found, seconds, workers.
 
-    A damaged part is a chunk that cannot be read; it is computed again.
-    `outcomes` has the number of cells by outcome, over all cells of the store.
+    A damaged part is a chunk with a record whose results cannot be read or are incomplete; it is
+    computed again. `outcomes` has the number of cells by outcome, over all cells of the store.
+    `finished` is False if the run reached its time limit.
     """
 
     cells: int
@@ -71,7 +72,7 @@ class Summary(Ended):
         return {name: value for name, value in asdict(self).items() if name != "finished"}
 
     def periods_per_second_and_core(self, periods: int) -> float:
-        """Excitation periods per second and core, over the time of the whole run."""
+        """Excitation periods per second and worker: `periods` for each cell that was computed."""
         return self.computed * periods / self.seconds / self.workers
 
 

@@ -46,7 +46,10 @@ def provenance(command: str, scene: Scene) -> dict[str, Any]:
 
 
 def create(place: Path, sweep: Sweep, origin: dict[str, Any]) -> None:
-    """Write the results of a sweep, as xarray opens them, with no cell computed."""
+    """Write results of a sweep, as xarray opens them, with no cell computed.
+
+    Results that are there are deleted.
+    """
     attributes = _described(sweep, origin)
     columns = _coordinates(sweep)
     # xarray takes a column along an axis of another name for a result unless it is listed.
@@ -77,7 +80,7 @@ def add(group: zarr.Group, sweep: Sweep, added: Mapping[str, Added]) -> None:
 
 
 def _coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict[str, Any]]]:
-    """Axes of a sweep as coordinates: axis, values along it, and attributes by name."""
+    """Coordinates of a sweep by name, each with its axis, the values along it, and attributes."""
     start = {name: _si(sweep, name) for name in START}
     device = {
         axis.name: (axis.name, axis.device[0], {"units": axis.device[1]})
@@ -96,7 +99,7 @@ def _coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict
 
 
 def _si(sweep: Sweep, name: str) -> dict[str, Any]:
-    """SI unit and scale of a quantity in a sweep of a device, as attributes."""
+    """SI unit and scale of a quantity, as attributes; none without a device or a unit."""
     if sweep.device is None or name not in UNITS:
         return {}
     return {"si_units": UNITS[name].name, "si_scale": sweep.device.scale(name)}

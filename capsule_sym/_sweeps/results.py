@@ -4,7 +4,8 @@ A store is a directory with:
 
 - `results.zarr`, which xarray opens; its chunks end with checksums by Zarr's codec crc32c;
 - `sweep.json`: the sweep and its provenance;
-- `chunks`: a record of each finished chunk: its itineraries, and reasons of its failed cells.
+- `chunks`: a record of each finished chunk: numbers of cells by outcome and by itinerary, and
+  reasons of its failed cells.
 """
 
 from __future__ import annotations
@@ -42,9 +43,10 @@ class Tally(NamedTuple):
 
 
 class Held:
-    """Contents of a store; raises InvalidInput if there is none, or if it is damaged.
+    """Description and records of a store, without its results.
 
-    `head` has the kind of the store ("sweep" or "basin"), its `sweep` and `provenance`.
+    `head` has the kind of the store ("sweep" or "basin"), its `sweep` and `provenance`. Raises
+    InvalidInput if there is no store, or if it is damaged or of another format.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -98,7 +100,7 @@ class Held:
                 yield int(entry.stem)
 
     def tally(self) -> Tally:
-        """Sums over the records of all finished chunks."""
+        """Sums over the records of all finished chunks; raises InvalidInput for a damaged one."""
         outcomes, reasons = Counter[str](), Counter[str]()
         itineraries: dict[str, tuple[int, int]] = {}
         with undamaged(self.path):
@@ -115,7 +117,7 @@ class Held:
 
 @contextmanager
 def undamaged(path: Path) -> Iterator[None]:
-    """Raises InvalidInput for a file of a store that is not as it was written."""
+    """Context that raises InvalidInput for a file of a store that is not as it was written."""
     try:
         yield
     except InvalidInput:
@@ -137,8 +139,8 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     core and versions. Every result has a `long_name`.
 
     `outcome` has the outcome of each cell; 0, PENDING, marks a cell that is not computed.
-    `itinerary` holds codes. Its attributes `flag_values` and `flag_meanings` give their texts, with
-    _ between the fields.
+    `itinerary` holds codes, 0 for a cell without an itinerary. Its attributes `flag_values` and
+    `flag_meanings` give their texts, with _ between the fields.
 
     Parameters
     ----------
@@ -150,8 +152,8 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     -------
     xarray.Dataset
         Variables over the axes of the sweep, dimensionless. `final` and `multipliers` have three
-        values for each cell. For a device `si_scale` and `si_units` among the attributes of the
-        others convert them to SI units.
+        values for each cell. For a device, a quantity with a unit has the attributes `si_scale` and
+        `si_units` to convert it to SI units.
 
     Raises
     ------
@@ -195,7 +197,7 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def info_record(path: Path) -> dict[str, Any]:
-    """Summary of a store in plain values; raises InvalidInput if there is none."""
+    """Summary of a store in plain values; raises InvalidInput if it is missing or damaged."""
     held = Held(path)
     tally, described = held.tally(), held.head["sweep"]
     ranked = sorted(tally.itineraries.items(), key=lambda one: -one[1][1])

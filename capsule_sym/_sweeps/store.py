@@ -64,7 +64,7 @@ class Store:
             _write(self.held.record_path(index), record)
 
     def finish(self, added: dict[str, layout.Added]) -> None:
-        """Write the results that need all chunks: itineraries, and further results."""
+        """Write what needs all chunks: the texts of itineraries, and further results."""
         with undamaged(self.path), writing(self.path):
             if "itinerary" in self.sweep.compute:
                 flags = layout.itinerary_flags(self.held.tally().itineraries)
@@ -82,7 +82,7 @@ def _write(path: Path, record: dict[str, Any]) -> None:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Raises NotWritten for an error of the operating system."""
+    """Context that raises NotWritten for an error of the operating system."""
     try:
         yield
     except OSError as error:
@@ -96,8 +96,9 @@ def writing(path: Path) -> Iterator[None]:
 def opened(path: Path, sweep: Sweep, *, resume: bool, command: str) -> Iterator[Store]:
     """Store of a sweep for one run: a new one, or with `resume` an existing one.
 
-    Raises InvalidInput for a directory of another content, of another sweep, or of results of other
-    kernels or another core, and while another run writes to it.
+    Raises InvalidInput for a sweep that exists without `resume`, for a directory of another
+    content, of another sweep, or of results of other kernels or another core, for one that cannot
+    be written, and while another run writes to it.
     """
     try:
         entries = {one.name for one in path.iterdir()} if os.path.lexists(path) else set[str]()
