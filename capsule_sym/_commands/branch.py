@@ -60,8 +60,8 @@ def branch(
     bifurcations.csv.
 
     Exits with 3, and the reason, if there is no orbit to begin with, if the first branch ends
-    early, or any one at the time limit. After Ctrl-C, as at the time limit, the results so far are
-    shown and written.
+    early, or any one at the time limit; exits with 4 if --certify does not prove all. After Ctrl-C,
+    as at the time limit, the results so far are shown and written.
 
     Parameters
     ----------
@@ -78,7 +78,8 @@ def branch(
     ties
         A parameter tied to the varied one, such as alpha=0.5*omega**2. Repeatable.
     certify
-        Prove the bifurcations in ball arithmetic, and write its certificate here.
+        Prove the border collisions of a branch in alpha by ball arithmetic, and write their
+        certificates here. Other bifurcations count as not proved.
     """
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.problem import check_points
@@ -129,7 +130,10 @@ def branch(
 
 
 def _range(along: _Range | None) -> tuple[str, float, float]:
-    """Name and range of the varied parameter, from its own option or from --along."""
+    """Name and both ends of the range of the varied parameter, of its own option or of --along.
+
+    Raises UsageError if both options are given, or none.
+    """
     for name in (along[0], *options.ranges()) if along else ():
         options.check_beside(name, never=("along",))
     if not (given := options.only_range() or along):
@@ -139,7 +143,7 @@ def _range(along: _Range | None) -> tuple[str, float, float]:
 
 
 def _goes_on(ended: capsule_sym.results.Branch, out: Path | None, end: float) -> str:
-    """Command that continues a branch after Ctrl-C."""
+    """Options that continue a branch after Ctrl-C, as a sentence; advice if nothing is kept."""
     if out is None or len(ended.points) < 2:
         return "with --out the branch can be continued"
     label, file = f"{ended.origin}/EP2".lstrip("/"), out / "branch.json"

@@ -82,7 +82,11 @@ def check(
 
 
 def _loaded(system: options.System, table: Switches) -> tuple[SceneParameters, options.Device]:
-    """The parameters, of the line and of what stands above the switches."""
+    """Parameters of the command line and of the lines above the switches, and their device.
+
+    Raises InvalidInput if --params is given beside parameters above the switches. The device is
+    None unless --params is one.
+    """
     names = system.of.facts.PARAMETERS
     above = {name: value[0] for name, value in table.settings.items() if name in names}
     if above and system.file is not None:

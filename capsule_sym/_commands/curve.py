@@ -52,7 +52,7 @@ def curve(
     points
         Least number of steps over each range.
     certify
-        Prove the points in ball arithmetic, and write its certificate here.
+        Prove the points in ball arithmetic, and write their certificates here.
     """
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.continue_orbits import check
@@ -109,7 +109,10 @@ def curve(
 def _of_kind(
     kind: str, found: capsule_sym.results.Branch, where: str
 ) -> list[capsule_sym.results.Bifurcation]:
-    """Bifurcations of a branch with this label or type; raises InvalidInput for none."""
+    """Bifurcations of a branch with this label or type; raises InvalidInput for none.
+
+    Exits with 3 instead if the branch ended early, without bifurcations or at the time limit.
+    """
     chosen = [one for one in found.bifurcations if kind in ("all", one.label) or kind in one.type]
     if not found.bifurcations or (
         not chosen and found.status is capsule_sym.results.Status.TIME_LIMIT
@@ -142,7 +145,10 @@ def _within(
     ends: tuple[float, float],
     given: bool,
 ) -> capsule_sym.inputs.SceneParameters:
-    """Parameters with one of them in its range: the middle if the default is outside."""
+    """Parameters with one of them in its range: the middle if the default is outside.
+
+    Raises InvalidInput if the value outside is a given one.
+    """
     (low, high), value = ends, getattr(parameters, name)
     if low <= value <= high:
         return parameters

@@ -46,7 +46,10 @@ class Picture(NamedTuple):
     dpi: float | None = None
 
     def check(self) -> None:
-        """Raises InvalidInput for what no picture can have, before it is computed."""
+        """Raises InvalidInput for an ending or a resolution that no picture can have.
+
+        Raises NotInstalled without Matplotlib.
+        """
         options.require("matplotlib")
         from capsule_sym._figures.style import check_ending, check_resolution
 

@@ -59,10 +59,10 @@ def fit(
 
     DATA is a text file with times t and one or more of the columns x_m, x_c, x_r, v_m, v_c, v_r,
     with an empty cell for a gap. Separator, decimal comma, comments and units, as in "x_m [mm]",
-    are detected. With a device, times and results are in SI units.
+    are detected. With a device all values are in SI units, those of --state and --phase too.
 
-    Exits with 3 if the fit does not converge or explain each column, or if a parameter is not
-    identifiable or at a bound.
+    Exits with 3 if the fit does not converge or explain each column, if a parameter is not
+    identifiable or at a bound, or at the time limit.
 
     Parameters
     ----------

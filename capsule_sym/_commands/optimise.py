@@ -54,10 +54,10 @@ def optimise(
     A metric is velocity, speed, progression, work, damper_loss, friction_loss, power, peak_force,
     peak_contact, speed_per_work or cost_of_transport, or arithmetic of these and of parameters.
     Energies and progression are per excitation period; speed_per_work is the absolute progression
-    over the work. With a device all values are in SI units.
+    over the work. With a device all values are in SI units, but --state is dimensionless.
 
-    Exits with 3 if no point within the bounds satisfies the constraints, or if no motion, or no
-    optimum, is found.
+    Exits with 3 if no point within the bounds satisfies the constraints, if no motion, or no
+    optimum, is found, or at the time limit.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def optimise(
     against
         Pareto front: minimise this second metric too.
     points
-        Number of points of the front of --pareto.
+        Largest number of points of the front of --pareto.
     out
         Write the JSON here, of a front with its table as CSV and its picture.
     """

@@ -38,9 +38,9 @@ def orbit(
     "value" and "gradient" of a metric are its value and its derivative along the branch by each
     parameter. If --params is a device, "si" has the metrics in SI units.
 
-    Exits with 3, and the reason, if there is no orbit; the JSON then has the reason as "status".
-    Exits with 3 also if a search reaches --max-seconds, with the orbits found so far, and with 4 if
-    --certify does not prove all.
+    Exits with 3, and the reason, if the motion settles on no orbit; the JSON then has the reason as
+    "status". Exits with 3 also if a search reaches --max-seconds, with the orbits found so far, and
+    with 4 if --certify does not prove all.
 
     Parameters
     ----------
@@ -86,7 +86,10 @@ def orbit(
 
 
 def _record(one: capsule_sym.results.Orbit, device: options.Device, exact: bool) -> dict[str, Any]:
-    """Record of an orbit; unless it is exact, a progression that is rounding alone is 0."""
+    """Record of an orbit, with SI units as "si" if there is a device.
+
+    Unless it is exact, a velocity and a progression that are rounding alone are 0.
+    """
     from capsule_sym._map.steady import shown_progression
     from capsule_sym._orbits.continuation.records import orbit_record
     from capsule_sym._records import in_si
@@ -103,7 +106,10 @@ def settled(
     limit: Watch,
     as_json: bool = False,
 ) -> capsule_sym.results.Orbit:
-    """Orbit on which a start settles; exits with 3, and the reason, if there is none."""
+    """Orbit on which a start settles; exits with 3, and the reason, if there is none.
+
+    With `as_json` the record of the failure is then printed. Raises KeyboardInterrupt after Ctrl-C.
+    """
     from capsule_sym._orbits.continuation.records import failure_record
     from capsule_sym._records import dumps
 

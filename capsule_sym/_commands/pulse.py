@@ -30,12 +30,13 @@ def pulse(
 ) -> None:
     """Switch from one motion to another by a pulse of the drive, the shortest one.
 
-    For some periods one parameter of the drive has another value, by default alpha; then the drive
-    is as before. --over names another parameter. The motions are those from --state and --to, or
-    numbers --between attractors of ranges of starts, in the list of `capsule-sym attractors`.
+    For some periods one parameter of the drive has another value, by default alpha, or P_d of a
+    device; then the drive is as before. --over names another parameter. The motions are those from
+    --state and --to, or numbers --between attractors of ranges of starts, in the list of
+    `capsule-sym attractors`.
 
-    Exits with 3 if a motion is not periodic, or no pulse is found. After Ctrl-C, as at the time
-    limit, the results so far are shown and written.
+    Exits with 3 if a motion is not periodic, if no pulse is found, or at the time limit. After
+    Ctrl-C, as at the limit, the results so far are shown and written.
 
     Parameters
     ----------

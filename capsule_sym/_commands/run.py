@@ -91,7 +91,10 @@ def run(
 def _in_short(
     trajectory: capsule_sym.results.Trajectory, motion: capsule_sym.results.SteadyMotion | None
 ) -> dict[str, Any]:
-    """The segments of the last motion or period, its progression, or why there is none."""
+    """Entries of a record in short: segments of the steady motion, and its progression.
+
+    Without such a motion: segments of the last excitation period, and why there is none.
+    """
     from capsule_sym._map.drift import dragged
     from capsule_sym._map.steady import shown_progression
     from capsule_sym._records import segment_record

@@ -68,14 +68,15 @@ def sweep(
     options listed below as of the device may then be axes, but not in a random design. A line such
     as scene = "prototype" selects another scene. `compute` lists any of itinerary, progression,
     final, multipliers, energies, forces, lyapunov. Finished chunks are kept: an interrupted
-    sweep continues with --resume. DIR/results.zarr opens with xarray.
+    sweep continues with --resume. DIR/results.zarr opens with xarray. Exits with 3 at the time
+    limit.
 
     Parameters
     ----------
     periods
         Excitation periods to run. [default: 300]
     compute
-        Quantities, such as itinerary,energies.
+        Quantities, such as itinerary,energies. [default: itinerary]
     info
         Show axes, progress, outcomes, attractors and provenance of a store, also of a basin.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
@@ -108,7 +109,10 @@ def _over(
     device: capsule_sym.inputs.SceneDevice | None,
     settings: dict[str, Any],
 ) -> capsule_sym.inputs.Sweep:
-    """Sweep over ranges."""
+    """Sweep over ranges of parameters; the others are those of `parameters`, or of the device.
+
+    Raises UsageError without a range.
+    """
     if not over:
         raise click.UsageError("give a range, such as --alpha 0.1:2:41, or FILE.toml")
     axes = {
@@ -133,7 +137,8 @@ def basin(
     """Run a basin of attraction and list its attractors.
 
     Starts lie on a grid over any of x_r, v_r, v_c and phase. Every attractor is an orbit closed by
-    Newton's method; `attractor` in DIR/results.zarr gives each cell's attractor number.
+    Newton's method; `attractor` in DIR/results.zarr gives each cell's attractor number. Exits with
+    3 at the time limit.
 
     Parameters
     ----------
@@ -173,5 +178,5 @@ def _ended(summary: Any, periods: int) -> dict[str, Any]:
 
 
 def _line() -> str:
-    """The command, which a store keeps."""
+    """Command line of this process, which a store keeps."""
     return shlex.join(["capsule-sym", *sys.argv[1:]])

@@ -40,7 +40,7 @@ def tolerances(
     Parameters
     ----------
     metric
-        A metric, or arithmetic of metrics. Repeatable.
+        A metric, or arithmetic of metrics. Repeatable. [default: velocity]
     shares
         A parameter with a uniform distribution within ±SHARE of its value. Repeatable.
     normal
@@ -77,7 +77,10 @@ def tolerances(
 
 
 def _normal(which: Any, name: str, share: float) -> Any:
-    """Normal distribution about a value, whose deviation is a share of it; raises InvalidInput."""
+    """Normal distribution about the value of a parameter, whose deviation is a share of it.
+
+    Raises InvalidInput for another name, a value of 0, and a share that is not between 0 and 1.
+    """
     from scipy.stats import norm
 
     nominal = getattr(which, name, None)

@@ -80,7 +80,11 @@ def verify(
 
 
 def _theory(scene: str | None) -> ModuleType:
-    """Statements about the paper's scene or another; exits with 2 for a file that declares none."""
+    """Module of the statements about the paper's scene, or about another one.
+
+    Raises InvalidInput if there is no such scene or file, and exits with 2 for a file that does not
+    declare a scene.
+    """
     from capsule_sym._symbolic.model import declaration
 
     if scene is not None:
