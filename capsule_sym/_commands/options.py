@@ -35,7 +35,7 @@ Triple = tuple[float, float, float]
 
 
 def written(metavar: str = "DIR", *flags: str, **settings: Any) -> Setting:
-    """Settings of an option for a directory to write, or a file if its metavar is FILE."""
+    """Settings of an option for a directory to write, or a file if its metavar begins with FILE."""
     kind = WritablePath(metavar.startswith("FILE"))
     return option(*flags, type=kind, metavar=metavar, **settings)
 
@@ -47,7 +47,10 @@ def file_of(path: str) -> str:
 
 
 def by_name(of: Any, *flags: str, **settings: Any) -> Setting:
-    """Settings of an option for NAME=VALUE pairs as a dictionary, without a repeated name."""
+    """Settings of an option for NAME=VALUE pairs as a dictionary.
+
+    `of` is the type of a pair. A repeated name raises InvalidInput.
+    """
 
     def check(_: click.Context, given: click.Parameter, pairs: Sequence[Any]) -> dict[str, Any]:
         found = dict(pairs)
@@ -60,7 +63,10 @@ def by_name(of: Any, *flags: str, **settings: Any) -> Setting:
 
 
 def _check_provable(context: click.Context, _: click.Parameter, path: Path | None) -> Path | None:
-    """Check that a proof can be made, before work begins."""
+    """Path of a certificate, after a check that a proof can be made, before work begins.
+
+    Raises NotInstalled without python-flint, and InvalidInput for another scene than the paper's.
+    """
     if path is not None:
         require("flint")
         if (scene := scene_of(context.meta[WORDS])) is not CAPSULE:
@@ -81,7 +87,7 @@ def _ranges_of_starts(**given: Any) -> dict[str, Any]:
 
 
 def ranges() -> dict[str, tuple[float, ...]]:
-    """Ranges given to parameters of the running command, in that order."""
+    """Ranges given to parameters of the running command, in the order of the line."""
     context = click.get_current_context()
     own = {one.name for one in context.command.params if one.type in _RANGED}
     given = context.params.items()
@@ -89,7 +95,10 @@ def ranges() -> dict[str, tuple[float, ...]]:
 
 
 def only_range() -> tuple[str, tuple[float, ...]] | None:
-    """Name and range of the only parameter with a range; None without one."""
+    """Name and range of the only parameter with a range; None without one.
+
+    Raises InvalidInput if several parameters have ranges.
+    """
     found = ranges()
     for name, ends in [*found.items()][1:]:
         shown = ":".join(f"{end:g}" for end in ends)
@@ -105,7 +114,11 @@ def _parameters(kind: Any = float, of_device: Any = None) -> OptionGroup:
 def _of_scene(
     scene: Scene, kind: Any, in_file: Any
 ) -> tuple[Callable[..., System], list[click.Parameter]]:
-    """One option for each parameter of a scene, a file, and the scene."""
+    """What makes a `System` of options, and these: one for each parameter, a file, the scene.
+
+    With `in_file`, the type of their values, also one for each quantity of a device that is
+    proportional to a parameter.
+    """
     facts = scene.facts
     of_device = " ".join(
         f"[{name}]" if name in facts.DEVICE_DEFAULTS else name for name in facts.DEVICE
@@ -189,7 +202,7 @@ class System:
 
     @property
     def chosen(self) -> bool:
-        """True if any of them is not the default."""
+        """True if a file, a value of a parameter, or a scene other than the paper's is given."""
         return self.file is not None or bool(self.given) or self.of is not CAPSULE
 
     @property
@@ -198,7 +211,7 @@ class System:
         return (*self.of.facts.PARAMETERS, "file")
 
     def load(self) -> tuple[SceneParameters, Device]:
-        """Parameters, and those of the device if the file is in SI units.
+        """Parameters, and those of the device if the file is in SI units, else None.
 
         Raises InvalidInput for values that are not allowed, for options beside SI units, for ranges
         of a device's parameters without a device, and for a file of another scene.
@@ -230,7 +243,7 @@ class System:
 def check_beside(name: str, *, needs: Collection[str] = (), never: Collection[str] = ()) -> None:
     """Raises UsageError for an option, by the name of its value, that has no effect as given.
 
-    It has none without all of those it `needs`, or beside one that it excludes (`never`).
+    It has none if none of those that it `needs` is given, or beside one that it excludes (`never`).
     """
     if not is_given(name):
         return

@@ -32,8 +32,9 @@ def result(
 ) -> None:
     """Write files and pictures by name to a folder, if there is one, and print a record.
 
-    A file is a record, or a pair of the rows and the columns of a table. stderr names the written
-    files, and the reason for a missing picture.
+    The record is printed as JSON on request, else as text. A file is a record, or a pair of the
+    rows and the columns of a table. stderr names the written files, and the reason for a missing
+    picture.
     """
     from capsule_sym._records import dumps, table, write
 
@@ -86,7 +87,10 @@ def report(
 
 
 def end(found: Any, limit: Watch | None = None) -> None:
-    """Exit with 3, and the reason, if there is no result, or as interrupted after Ctrl-C."""
+    """Exit with 3, and the reason, if a result is partial or missing.
+
+    Raises KeyboardInterrupt after Ctrl-C.
+    """
     if limit is not None and limit.stopped:
         raise KeyboardInterrupt
     if not found.success:
@@ -134,7 +138,7 @@ def fail_early(what: str, found: Any) -> NoReturn:
 
 
 def report_written(*paths: Path, as_json: bool, **more: Any) -> None:
-    """Name written files on stderr, or with --json on stdout, each with its size."""
+    """Name written files on stderr, or with --json on stdout with their sizes in bytes."""
     if as_json:
         files = [{"path": str(path), "bytes": path.stat().st_size} for path in paths]
         click.echo(json.dumps({**more, "files": files}))

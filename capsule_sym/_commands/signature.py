@@ -19,7 +19,7 @@ from capsule_sym._errors import InvalidInput
 
 WORDS = f"{__name__}.words"
 """Key of the words of the line in a command's context."""
-# Options of arguments by other names.
+# Names of options by that of the argument in an error, where they differ.
 _OPTIONS = {
     "over": "shares",
     "metric": "maximise minimise quantity",
@@ -59,7 +59,7 @@ def argument(**settings: Any) -> Setting:
 
 
 def between(least: int, most: int | None = None, *flags: str, **settings: Any) -> Setting:
-    """Settings of an option for an integer within limits."""
+    """Settings of an option for an integer from `least` to `most`."""
     return option(*flags, type=click.IntRange(least, most), **settings)
 
 
@@ -78,7 +78,7 @@ def flagged(name: str, **settings: Any) -> click.Option:
 
 
 def group(make: Callable[..., Any]) -> OptionGroup:
-    """Options of the parameters of a function, which makes one value of theirs."""
+    """Options of the parameters of a function, which makes one value of the options' values."""
     return OptionGroup(lambda _: (make, _read(make, ())[0]))
 
 

@@ -12,14 +12,18 @@ if TYPE_CHECKING:
 
 
 class Range(click.ParamType):  # type: ignore[type-arg]
-    """LOW:HIGH as a pair, or with a count LOW:HIGH:COUNT as three numbers; or one number."""
+    """LOW:HIGH as a pair, or if `counted` LOW:HIGH:COUNT as three numbers.
+
+    With `or_number` a single number is allowed too. Neither order nor range of LOW and HIGH is
+    checked.
+    """
 
     def __init__(self, counted: bool = False, or_number: bool = False) -> None:
         self.counted, self.or_number = counted, or_number
         self.name = "float | " * or_number + ("LOW:HIGH:COUNT" if counted else "LOW:HIGH")
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float | tuple[float, ...]:
-        """Numbers of a text."""
+        """Numbers of a text; a value that is no text is returned as it is."""
         if not isinstance(value, str):
             return value  # type: ignore[no-any-return]
         parts = value.split(":")
@@ -50,7 +54,7 @@ class Named(click.ParamType):  # type: ignore[type-arg]
         self.name = shown[optional].format(value)
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        """Name and value of a text."""
+        """Name, with _ for -, and value of a text."""
         if isinstance(value, tuple):
             return value
         name, mark, text = value.partition("=")
