@@ -143,7 +143,7 @@ def _range(along: _Range | None) -> tuple[str, float, float]:
 
 
 def _goes_on(ended: capsule_sym.results.Branch, out: Path | None, end: float) -> str:
-    """Options that continue a branch after Ctrl-C, as a sentence; advice if nothing is kept."""
+    """Sentence with the options that continue a branch after Ctrl-C, or advice without a file."""
     if out is None or len(ended.points) < 2:
         return "with --out the branch can be continued"
     label, file = f"{ended.origin}/EP2".lstrip("/"), out / "branch.json"

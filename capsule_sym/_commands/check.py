@@ -38,7 +38,8 @@ def check(
     a device. The drive's angle is omega times the time.
 
     Errors are compared with their growth along the motion, up to the horizon of double precision.
-    Exits with 1 if a switch is missed or invented.
+    Exits with 1 if a switch is missed or invented. At the time limit only the switches up to there
+    are compared.
 
     Parameters
     ----------

@@ -56,8 +56,8 @@ def optimise(
     Energies and progression are per excitation period; speed_per_work is the absolute progression
     over the work. With a device all values are in SI units, but --state is dimensionless.
 
-    Exits with 3 if no point within the bounds satisfies the constraints, if no motion, or no
-    optimum, is found, or at the time limit.
+    Exits with 3 if no point within the bounds satisfies the constraints, if no motion or no optimum
+    is found, or at the time limit.
 
     Parameters
     ----------

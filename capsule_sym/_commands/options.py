@@ -188,7 +188,10 @@ def _named(given: str) -> Scene:
 
 
 class System:
-    """Parameters chosen on a command line: from a file, from options, or defaults."""
+    """Parameters chosen on a command line: from a file, from options, or defaults.
+
+    `given` has the single values of options; `ranges` returns the ranges.
+    """
 
     def __init__(
         self,
