@@ -85,8 +85,10 @@ def plot_diagram(
     Raises
     ------
     InvalidInput
-        For another quantity, for branches in different parameters, for a device of another scene,
-        frequency, mass ratio or friction bound than theirs, and for records that lack something.
+        For another quantity, for branches in different parameters, and for records that lack
+        something. Also for a device of another scene, frequency, mass ratio, friction bound or load
+        than theirs, or of other gaps in a scene with two stops; what varies along a branch may
+        differ.
 
     See Also
     --------
@@ -262,6 +264,7 @@ def _between(one: Record, before: Record, after: Record) -> bool:
 
 
 def title_of(one: Record) -> str:
+    """Label, type, line, value and unit of a bifurcation, as a text."""
     line = one["line"] or ""
     where = f" {mathematical(line) if line[1:2].isdigit() else line}" if line else ""
     unit = named(one["parameter"]).partition(" (")[2].rstrip(")")

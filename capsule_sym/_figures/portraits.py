@@ -67,8 +67,9 @@ def plot_displacements(
     Raises
     ------
     InvalidInput
-        For a value outside its range, and for a device of another scene, frequency, mass ratio or
-        friction bound than that of the motion.
+        For a value outside its range, for a run whose segments were not kept, and for a device of
+        another scene, frequency, mass ratio, friction bound or load than that of the motion, or of
+        other gaps in a scene with two stops.
 
     See Also
     --------
@@ -147,8 +148,9 @@ def plot_phase_portrait(
     Raises
     ------
     InvalidInput
-        For a value outside its range, and for a device of another scene, frequency, mass ratio or
-        friction bound than that of the motion.
+        For a value outside its range, for a run whose segments were not kept, and for a device of
+        another scene, frequency, mass ratio, friction bound or load than that of the motion, or of
+        other gaps in a scene with two stops.
 
     See Also
     --------
@@ -197,7 +199,8 @@ def plot_motion(
     result : Trajectory or Orbit
         The motion.
     periods : int, default 3, 1 to the run's whole periods
-        Number of the run's last excitation periods in the left panel. It has no effect on an orbit.
+        Number of the run's last excitation periods in the first panel. It has no effect on an
+        orbit.
     width : float, default 7, above 0
         Width of a new figure, a number of inches. Within `figure_style` the default is its width.
     axes : two Axes of Matplotlib, optional
@@ -214,8 +217,9 @@ def plot_motion(
     Raises
     ------
     InvalidInput
-        For a value outside its range, and for another number of axes. Also for a device of another
-        scene, frequency, mass ratio or friction bound than that of the motion.
+        For a value outside its range, for another number of axes, for a run whose segments were not
+        kept, and for a device of another scene, frequency, mass ratio, friction bound or load than
+        that of the motion, or of other gaps in a scene with two stops.
 
     See Also
     --------
