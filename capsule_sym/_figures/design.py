@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def metric_label(name: str, system: Any) -> str:
-    """A quantity with its unit where the system is a device, else as elsewhere."""
+    """Label of a quantity, with its SI unit if the system is a device."""
     from capsule_sym._orbits.quantities import units_in
     from capsule_sym._units import METRIC_UNITS
 
@@ -51,7 +51,7 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
     Returns
     -------
     matplotlib.figure.Figure
-        The figure.
+        The figure. Its axes are in SI units if the system is a device, else dimensionless.
 
     Raises
     ------
@@ -121,8 +121,8 @@ def plot_residuals(
 ) -> Figure:
     """Residuals of a fit over time: a row for each measured column.
 
-    They are in units of the noise; bands show one and two of it. Triangles at the edge are outliers
-    beyond it.
+    They are in units of the fit's `noise`; bands show one and two of it. Time is in seconds if the
+    system is a device, else dimensionless. Triangles at the edge are outliers beyond it.
 
     Parameters
     ----------

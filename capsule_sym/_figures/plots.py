@@ -1,4 +1,4 @@
-"""The figure of a result: what `plot` draws of each kind."""
+"""The figure of a result, drawn by the function for its class."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def plot(result: Any, **options: Any) -> Figure:
     """The figure that shows a result at a glance.
 
-    It is pyplot's current figure; a notebook shows it once.
+    In the main thread it is pyplot's current figure; a notebook shows it once.
 
     Parameters
     ----------
@@ -23,8 +23,8 @@ def plot(result: Any, **options: Any) -> Figure:
         bifurcation diagram. A fit gives its residuals, a front its curve, tolerances the spread.
         `ContinuedAttractors` give their fractions, stacked along the parameter; `Attractors` have
         no figure. A shock gives both motions, and the distance of two runs from the first one; a
-        pulse the drive and both displacements over time. Results of a sweep over two parameters
-        give its chart, those of a basin its attractors.
+        pulse the drive, x_r and x_c over time. Results of a sweep over two parameters give its
+        chart, those of a basin its attractors.
     **options : optional
         Options of the function that draws it: `plot_motion`, `plot_diagram`, `plot_residuals`,
         `plot_front`, `plot_tolerances`, `plot_chart` or `plot_basin`. `ContinuedAttractors` and a

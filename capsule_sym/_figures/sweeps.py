@@ -72,8 +72,8 @@ def plot_chart(
         Results of a sweep over two parameters, or of a basin, as `open_results` gives. Axes are in
         SI units where those of the sweep are, else dimensionless.
     curves : sequence of mapping, default ()
-        Curves of bifurcations over the same two parameters, as `capsule-sym curve --json` prints
-        them.
+        Curves of bifurcations over the same two parameters: entries of "curves" in what
+        `capsule-sym curve --json` prints.
     levels : sequence of float, default ()
         Values of the second parameter at which a thin line is drawn, in the unit of its axis.
     width : float, default 7, above 0
@@ -192,7 +192,8 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
 
     A colour is an attractor. Its number, from 0 on, is that of the results; `sweep --info` lists
     the attractors in this order. The key gives its number, itinerary and share of the starts. Grey
-    are starts that have not settled within the sweep's periods, white those without a result.
+    are starts that have not settled within the sweep's periods, white other ones without an
+    attractor.
 
     Stars, in the colour of their attractor, are the states in which its starts end, at phase 0,
     where both coordinates are among the state's. They may lie in another area, as starts have one
@@ -280,7 +281,10 @@ def _draw_attractors(axes: Axes, results: xr.Dataset, colours: Mapping[int, str]
 
 
 def _axis(results: xr.Dataset, name: str) -> tuple[NDArray[np.float64], str, float]:
-    """Values, label and scale of an axis, of a start in SI units where the sweep is a device's."""
+    """Values, label and scale of an axis.
+
+    A start in a sweep of a device is in SI units, and the scale is that of its dimensionless value.
+    """
     values, attributes = results[name].values, results[name].attrs
     if "si_units" not in attributes:
         return values, named(name), 1.0
@@ -320,8 +324,8 @@ def plot_metric(
         work, damper_loss, friction_loss, power, peak_force, peak_contact, speed_per_work,
         cost_of_transport and lyapunov, and in a scene with a load lift.
     curves : sequence of mapping, default ()
-        Curves of bifurcations that lie on top of two axes, as `capsule-sym curve --json` prints
-        them.
+        Curves of bifurcations that lie on top of two axes: entries of "curves" in what
+        `capsule-sym curve --json` prints.
     width : float, default 7, above 0
         Width of a new figure, a number of inches. Within `figure_style` the default is its width.
     axes : Axes of Matplotlib, optional
@@ -335,7 +339,8 @@ def plot_metric(
     Raises
     ------
     InvalidInput
-        For results of another kind, and for a metric that the sweep does not compute.
+        For results of another kind, for a metric that the sweep does not compute, and for curves
+        over other parameters than the axes.
 
     See Also
     --------
@@ -393,7 +398,7 @@ def plot_metric(
 def metric_of(results: xr.Dataset, name: str) -> xr.DataArray:
     """A metric of each cell; raises InvalidInput for one that the sweep does not compute.
 
-    Attributes of a device's have the SI unit, as results have it.
+    In a sweep of a device its attributes `si_units` and `si_scale` convert it to SI units.
     """
     facts, units = (scene_in(results.attrs) or CAPSULE).facts, results.attrs.get("si_scales")
     known: dict[Any, Any] = {one: results[one] for one in METRICS if one in results}

@@ -26,7 +26,8 @@ def plot_tolerances(
 ) -> Figure:
     """Samples of each metric as a histogram, and beside it Sobol's indices.
 
-    Lines mark the nominal value and the middle 95 % of the samples.
+    Lines mark the nominal value and the middle 95 % of the samples. Outliers are not in the
+    histogram; the key gives their number. Metrics are in SI units if the system is a device.
 
     Parameters
     ----------
