@@ -26,9 +26,10 @@ def plot_attractors(
     """Fractions of the starts that lead to each attractor, stacked, along a parameter.
 
     Each attractor has a colour, for which the key gives its number, its itinerary and the least and
-    largest fraction. Marks above are births (filled) and deaths (open) at the bifurcations of their
-    branches. Fractions are known at the values of the parameter and drawn as lines between them.
-    White are starts that have not settled. Drawn into `axes`, without the key, if they are given.
+    largest fraction. Marks above are births (filled) and deaths (open) with a located bifurcation.
+    Fractions are known at the values of the parameter and drawn as lines between them. White are
+    starts that have not settled. Drawn into `axes`, without the key, if they are given. Raises
+    InvalidInput as `AttractorBranch.orbit`.
     """
     alone = axes is None
     figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 def plot_pulse(
     pulse: Pulse, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:
-    """Force of the drive over time, and below it both displacements, until the end is reached.
+    """Force of the drive over time, and below it x_r and x_c.
 
-    The band is the pulse, the line the time from which the motion is within 0.1 % of the attractor
-    at the end. The axes are in SI units if the pulse is that of a device, else dimensionless. Drawn
-    into `figure` or a part of one, if it is given. Raises InvalidInput for a result without a
-    pulse.
+    The band is the pulse, the line the end of its `transient`. Time is from two excitation periods
+    before the pulse to four after the transient. The axes are in SI units if the pulse is that of a
+    device, else dimensionless. Drawn into `figure` or a part of one, if it is given. Raises
+    InvalidInput for a result without a pulse.
     """
     if not pulse.periods:
         raise InvalidInput("pulse", str(pulse.status), "a pulse that was found")

@@ -1,4 +1,4 @@
-"""A motion, the smallest knock that loses it, and where runs from either side of it go."""
+"""A motion, its minimal shock, and runs after a smaller and a larger shock."""
 
 from __future__ import annotations
 
@@ -35,11 +35,13 @@ def plot_shock(
 ) -> Figure:
     """A motion, its minimal shock, and the runs from either side of it.
 
-    The phase portrait has an arrow from the motion to the boundary of its basin, and the motion
-    that it is lost to. Beside it is the distance of two runs from the motion at the beginning of
-    each excitation period. They begin with shocks smaller and larger by 0.1 %: one comes back, and
-    one is lost. Drawn into two `axes`, without the legend, if they are given. The portrait is in SI
-    units if the `device` of the motion is given. Raises InvalidInput if no shock was found.
+    The phase portrait has an arrow from the motion to the state after the shock, and the motion
+    that it is lost to, if that is known. Beside it, or below on a narrow figure, is the distance of
+    two runs from the motion's nearest state at phase 0, once an excitation period. They begin with
+    shocks smaller and larger by 0.1 %. Of a minimal shock the first comes back, and the second is
+    lost. Drawn into two `axes`, without the legend, if they are given. The portrait is in SI units
+    if the `device` of the motion is given. Raises InvalidInput if no shock was found, and for a
+    device that cannot have the motion.
     """
     if shock.start is None or shock.state is None:
         raise InvalidInput("shock", shock, "one with a knock that loses the motion")
