@@ -49,8 +49,8 @@ class Arc:
 def arcs(motion: Motion, periods: int) -> list[Arc]:
     """Arcs of the last excitation periods of a run, the first one cut at the start of its period.
 
-    Of an orbit all segments are given. Raises InvalidInput if `periods` is not in [1, the run's
-    whole periods].
+    Of an orbit they are those of `cycle`. Raises InvalidInput if `periods` is not in [1, the run's
+    whole periods], and if segments were not kept.
     """
     if not isinstance(motion, Trajectory):
         return cycle(motion)

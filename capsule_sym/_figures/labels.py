@@ -24,7 +24,8 @@ def name_points(axes: Axes, points: Sequence[tuple[Any, str, str]]) -> None:
     """Name points of a drawing that is complete but for these names: place, text and colour.
 
     Where a point has no room beside it, a thin line leads to its name. In a part of a figure each
-    name is right above its point.
+    name is above its point, to the right. Else views of the axes, and the layout of a page of ours,
+    are fixed from then on.
     """
     import textalloc
 

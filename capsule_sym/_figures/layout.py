@@ -88,17 +88,15 @@ def _make_room(page: Figure | SubFigure, inches: float, below: bool) -> None:
 
 
 def canvas(figure: Figure | SubFigure | None, width: float, height: float, **options: Any) -> Any:
-    """Figure, or part of one, for a composed picture: the given one, or a new one.
-
-    Sizes are in inches, and as `options` they are those of a new figure.
-    """
+    """The given figure or part of one, or a new figure of this size in inches, with `options`."""
     return new_figure(width, height, **options) if figure is None else figure
 
 
 def axes_for(axes: Any, width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
-    """The axes to draw into and their figure: those given, or a grid of a new one, in inches.
+    """Figure and axes to draw into: those given, or a `grid` in a new figure, sizes in inches.
 
-    Raises InvalidInput for others than so many axes.
+    Several given axes are a list, in their order. Raises InvalidInput for another number of axes
+    than the grid has.
     """
     if axes is None:
         figure = new_figure(width, height, layout="constrained")

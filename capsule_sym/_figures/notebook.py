@@ -33,7 +33,7 @@ class StyledFigure(Figure):
             super().savefig(*given, **named)
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
-        """Picture as PNG, two dots for each of a page, and its size in these."""
+        """Picture as PNG, with two dots for each of `on_page`, and its size in dots of a page."""
         self.savefig(drawn := BytesIO(), format="png", dpi=2 * 96)
         return drawn.getvalue(), dict(zip(("width", "height"), on_page(self), strict=True))
 
@@ -48,7 +48,11 @@ class StyledFigure(Figure):
 
 
 def new_figure(width: float, height: float, **options: Any) -> Figure:
-    """An empty figure, sizes in inches: pyplot's current one, except in commands and threads."""
+    """An empty figure, sizes in inches; in the main thread, outside of commands, pyplot's current.
+
+    If its backend opens no window and ten are open, the oldest is closed. Raises InvalidInput for a
+    width that is not above 0 and finite.
+    """
     if not 0 < width < math.inf:
         raise InvalidInput("width", width, "a number of inches > 0")
     made: dict[str, Any] = {"figsize": (width, height), **options}

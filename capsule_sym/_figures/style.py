@@ -200,7 +200,7 @@ def figure_style(width: float | Literal["column", "page"] | None = None) -> Iter
 
 
 def styled(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
-    """A function that draws a figure, in the style, and as wide as it where no width is given."""
+    """Decorator of a function that draws: it runs in the style, whose width is its default."""
 
     @wraps(draw)
     def drawn(*given: _Given.args, **named: _Given.kwargs) -> Figure:
@@ -212,7 +212,7 @@ def styled(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
 
 
 def of_records(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
-    """A function that draws plain data: raises InvalidInput where they are not whole."""
+    """Decorator of a function that draws records: raises InvalidInput for incomplete ones."""
 
     @wraps(draw)
     def drawn(*given: _Given.args, **named: _Given.kwargs) -> Figure:
@@ -241,7 +241,12 @@ def draw_points(axes: Axes, x: Sequence[float], y: Sequence[float], label: str) 
 
 
 def bulk(values: Any, few: float = 0.1) -> tuple[float, float]:
-    """Range of values without outliers: few, and over ten times as far from the median as half."""
+    """Least and largest of some values, without outliers.
+
+    The distance of an outlier from the median is over ten times the median of these distances. All
+    values count if outliers are more than one and more than a share `few`, or if all others are
+    equal.
+    """
     away = abs(values - np.median(values))
     near = away <= 10 * np.median(away)
     told = np.sum(~near) <= max(1, few * len(values)) and np.any(away[near])
@@ -340,7 +345,7 @@ def _metadata(figure: Figure, kind: str) -> dict[str, Any]:
 
 
 def check_resolution(dpi: float | None) -> None:
-    """Raises InvalidInput for a resolution that no picture has; None stands for the usual one."""
+    """Raise InvalidInput for a resolution outside RESOLUTIONS; None, the default, is allowed."""
     low, high = RESOLUTIONS
     if dpi is not None and not low <= dpi <= high:
         raise InvalidInput("dpi", dpi, f"in [{low:g}, {high:g}]")

@@ -31,14 +31,18 @@ class Units:
 
     @classmethod
     def of_motion(cls, device: SceneDevice | None, parameters: SceneParameters) -> Units:
-        """Units of a motion; raises InvalidInput unless its frequency and mass ratio are those."""
+        """Units of a motion; raises InvalidInput unless it can be one of the device.
+
+        Scene, frequency, and the parameters to which no quantity of a device is proportional, such
+        as the mass ratio, have to be those of the device.
+        """
         return cls.of_known(device, parameters.to_dict(), parameters.scene)
 
     @classmethod
     def of_known(
         cls, device: SceneDevice | None, known: Mapping[str, Any], scene: Scene = CAPSULE
     ) -> Units:
-        """The same of motions of which these parameters are known, the varied ones left out."""
+        """Units as from `of_motion`, where only the parameters `known` are compared."""
         if device is not None:
             if device.scene is not scene:
                 raise InvalidInput("device", device, f"of the scene {scene.shown}")
@@ -52,11 +56,14 @@ class Units:
         return cls(device, scene)
 
     def scale(self, name: str) -> float:
-        """Factor of a dimensionless value; time is in excitation periods."""
+        """Factor from a dimensionless value to `unit`; from excitation periods for "time"."""
         return self._of(name)[0]
 
     def label(self, name: str, text: str = "", words: str = "") -> str:
-        """Label of an axis, by default that of `LABELS`; of a device its words and the unit."""
+        """Label of an axis: `text`, by default that of `labels_of`.
+
+        Of a device it is `words`, by default those of the text, with the unit.
+        """
         unit = self.unit(name)
         text = text or labels_of(self.scene).get(name, name.replace("_", " "))
         # The symbols are those of dimensionless quantities.
@@ -80,7 +87,7 @@ class Units:
 
 
 def prefixed(factor: float, unit: str) -> tuple[float, str]:
-    """A factor in an SI unit as the factor in the unit with the prefix that suits it, and that."""
+    """A factor in an SI unit, converted to the unit with a suitable prefix; and that unit."""
     if unit not in _PREFIXED:
         return factor, unit
     power = 3 * math.floor((math.log10(factor) + 1) / 3)
