@@ -110,8 +110,8 @@ def certify_orbit(orbit: Orbit, *, max_seconds: float = math.inf) -> dict[str, A
     -------
     dict
         The certificate, of kind "orbit": `fields`, `periods`, `parameters`, `angle`, `durations`,
-        `states` and `stable`. Numbers are decimals as texts, dimensionless, `angle` in radians. It
-        can be written as JSON.
+        `states` and `stable`. Numbers but `fields` and `periods` are decimals as texts,
+        dimensionless, `angle` in radians. It can be written as JSON.
 
     Raises
     ------
@@ -177,8 +177,7 @@ def certify_bifurcation(
     -------
     certificate : dict
         The certificate, of kind "bifurcation", as in `certify_orbit`, but without `stable`. `free`
-        has alpha, `still` the index of the segment of duration 0, from 0, in a list. Numbers are
-        decimals as texts, dimensionless.
+        has alpha, `still` the index of the segment of duration 0, from 0, in a list.
     event : Proved
         The proved event: its `type`, `line` and `order` of contact. In balls, `values` has alpha,
         `multipliers` the characteristic polynomials on both sides, and `coefficient` the change of
@@ -246,14 +245,14 @@ def certify_run(trajectory: Trajectory, *, max_seconds: float = math.inf) -> dic
     -------
     dict
         The certificate, of kind "run": `fields`, `periods`, `parameters`, `angle`, `durations`,
-        `states` and the state at the `end`. Numbers are decimals as texts, dimensionless, `angle`
-        in radians.
+        `states` and the state at the `end`. Numbers but `fields` and `periods` are decimals as
+        texts, dimensionless, `angle` in radians.
 
     Raises
     ------
     Unproved
-        With the segment that is not the next one, if the run does not end with a period, and after
-        `max_seconds`. It is an ArithmeticError.
+        With the segment that is not the next one, if the run did not finish or does not end with a
+        period, and after `max_seconds`. It is an ArithmeticError.
     InvalidInput
         For a run of another scene, if segments were not kept, and for a time that is not allowed.
 
@@ -319,7 +318,7 @@ def rounded(value: Ball) -> str:
 
 
 def file_of(held: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """File of certificates, at least one."""
+    """Content of a file of certificates; the checker rejects one without any."""
     return {"version": VERSION, "certificates": [*held]}
 
 
@@ -342,7 +341,7 @@ def certificates(
     """Certificates of orbits, bifurcations and runs, and the reason for each that is not proved.
 
     Parameters are the decimals that doubles print as. Each certificate is there once. Raises
-    InvalidInput for one of another scene.
+    InvalidInput for one of another scene, and for a run whose segments were not kept.
     """
     proved, failed = [], []
     for one in found:

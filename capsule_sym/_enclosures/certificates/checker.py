@@ -2,8 +2,9 @@
 
 Independent of what made them: Eqs. (7)-(12), flint's exponential of their matrices, and comparisons
 of balls. A number with 30 decimals is rounded: it stands for all within half a unit of the last
-one. Parameters and the start of a run are exact. Exit status: 0 if all are accepted, 1 if one is
-rejected, 2 if a file cannot be read as JSON, 130 after Ctrl-C.
+one. Parameters and the start of a run are exact. A file is checked up to its first rejected
+certificate. Exit status: 0 if all are accepted, 1 if one is rejected or no file is given, 2 if a
+file cannot be read as JSON, 130 after Ctrl-C.
 """
 
 import json
@@ -89,7 +90,10 @@ def flow(field: int, A: Any, h: Any) -> Any:
 
 
 def positive(A: Any, guards: list[tuple[Any, int, int]], y: Any, h: Any) -> None:
-    """Prove guards positive inside (0, h), given with how often each vanishes at 0 and at h."""
+    """Prove guards positive inside (0, h), given with how often each vanishes at 0 and at h.
+
+    Raises Rejected if one is not proved positive within DEEPEST halvings of an eighth of h.
+    """
     longest = h.upper()
     rates: list[Any] = [
         (arb_mat([(g * A**k).tolist()[0] for k in range(7)]), *zeros) for g, *zeros in guards
@@ -121,7 +125,7 @@ def product(maps: list[Any]) -> Any:
 
 
 def starts(maps: list[Any], first: Any) -> list[Any]:
-    """Vectors from which each of the maps begins."""
+    """Vectors to which each of the maps applies: the first one, and its images."""
     half = len(maps) // 2
     there = [(maps[half:], product(maps[:half]) * first)] if half else []
     return (
@@ -388,7 +392,10 @@ def check_certificate(given: Any) -> None:
 
 
 def read(path: str) -> list[Any]:
-    """Certificates of a file; raises OSError, ValueError, RecursionError, Rejected."""
+    """Certificates of a file; raises OSError, ValueError, RecursionError if it cannot be read.
+
+    Raises Rejected for another form or version, and for a certificate that is given twice.
+    """
 
     def refused(text: str) -> Any:
         raise ValueError(f"{text[:20]} is not an integer")
@@ -407,7 +414,10 @@ def read(path: str) -> list[Any]:
 
 
 def main(paths: list[str]) -> int:
-    """Exit status of the command, which prints a line for each certificate."""
+    """Exit status of the command: 0, 1 or 2.
+
+    It prints a line for each certificate of a file, up to the first rejected one.
+    """
     status = 0
     for path in paths:
         at = path
