@@ -1,1 +1,1 @@
-"""Periodic orbits proved: their equations, tubes of solutions, bifurcations, branches."""
+"""Proofs of periodic orbits: equations, tubes of solutions, stability, bifurcations."""

@@ -43,8 +43,9 @@ class Proved:
     2 where a guard is touched, 1 where two guards vanish together or a force reaches its bound at
     a switch. `other` is the tube of the itinerary on the other side around the same orbit, at which
     the equations are regular, and `multipliers` the characteristic polynomials on both sides.
-    `coefficient` is that of `growth_coefficient`, for one segment: the parameter moves by
-    coefficient times duration^order as the segment grows.
+    `coefficient` is that of `growth_coefficient`: the parameter moves by coefficient times
+    duration^order as the segment grows. If several `segments` have the duration 0, `other` and
+    `coefficient` are None, and `multipliers` has one polynomial.
     """
 
     type: str
@@ -59,7 +60,10 @@ class Proved:
 
 
 def place(tube: Tube, segment: int) -> tuple[str, str, int]:
-    """Type, line and order of contact of the event at a segment of duration 0, proved."""
+    """Type, line and order of contact of the event at a segment of duration 0, proved.
+
+    Raises Unproved if the type has no name, or if the line or its part is not proved.
+    """
     itinerary, given = tube.shooting.itinerary, tube.shooting.parameters(tube.hull())
     before, during, after = around(itinerary, segment)
     state = tube.wide.nodes[segment].state
@@ -117,9 +121,9 @@ def prove_event(
     """The bifurcation near an orbit on which `segments` have the duration 0, `free` solved for.
 
     Existence and uniqueness are proved by Krawczyk's method, every other guard positive along every
-    other segment, the order of contact by the guards after division by their known zeros, and the
-    equations of the itinerary without the segment regular. Raises Unproved with the step that
-    failed.
+    other segment, and the order of contact by the guards after division by their known zeros. For
+    one segment also the equations of the other side's itinerary are proved regular, and the
+    coefficient for the first of `free` is enclosed. Raises Unproved with the step that failed.
     """
     shooting = shooting_of(orbit.itinerary, orbit.values, free, exact)
     guess = guess_of(shooting, orbit)

@@ -45,9 +45,10 @@ _SLACK = 1.2  # ratio of the radii to those that would map into themselves exact
 class Tube:
     """Proved solutions of an itinerary's equations over a box of given columns.
 
-    `centre` has a number for every column, `slopes` (columns, k) the first-order part, `radii` the
-    remainder of each column, and `unique` the radii within which there is no second solution.
-    `narrow` and `wide` are the equations at the centre and over the whole tube.
+    `solved` are the columns solved for, `moving` the k given ones with a radius. `centre` has a
+    number for every column, `slopes` (columns, k) the first-order part, `radii` the remainder of
+    each column, and `unique` the radii within which there is no second solution. `narrow` and
+    `wide` are the equations at the centre and over the whole tube.
     """
 
     shooting: Shooting
@@ -95,7 +96,7 @@ def newton(
 
     The derivative is that by the columns `solved`, which alone differ from the middle of the guess;
     its inverse is rounded. Steps no longer than `enough` are not taken. Raises Unproved if the
-    iteration does not converge.
+    iteration does not converge, or if the derivative has no inverse.
     """
     centre = [arb(arb(value).mid()) for value in guess]
     before = float("inf")
@@ -122,9 +123,10 @@ def newton(
 
 
 def enclose(shooting: Shooting, guess: Sequence[Ball], given: Mapping[int, float]) -> Tube:
-    """The solutions near a guess, the given columns within their radii about it.
+    """The solutions near a guess, all columns but the given ones solved for.
 
-    Raises Unproved if existence and uniqueness are not proved.
+    `given` has the radius of each given column about its guess. Raises Unproved if existence and
+    uniqueness are not proved.
     """
     solved = tuple(k for k in range(shooting.columns) if k not in given)
     moving = [at for at, radius in given.items() if radius > 0]
@@ -172,7 +174,7 @@ def enclose(shooting: Shooting, guess: Sequence[Ball], given: Mapping[int, float
 def image_of(
     moved: NDArray[np.float64], shrink: NDArray[np.float64], radii: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Radii of the image of a box: more than moved + shrink radii, of numbers that are positive."""
+    """Radii of the image of a box: more than moved + shrink @ radii, all of them at least 0."""
     image: NDArray[np.float64] = (moved + shrink @ radii) * (1 + 1e-12) + 1e-300
     return image
 

@@ -65,12 +65,15 @@ def restarted(
 
 
 def held(shooting: Shooting) -> dict[int, float]:
-    """Columns that an itinerary does not determine: the angle, if nothing ever switches."""
+    """Columns that an itinerary does not determine, given with radius 0.
+
+    That is the angle, if nothing ever switches; else there is none.
+    """
     return {} if shooting.itinerary.segments[0].guard else {shooting.angle: 0.0}
 
 
 def affine_states(tube: Tube) -> list[Matrix]:
-    """Starts of the segments over a tube: columns middle, directions, rest (6, k + 2)."""
+    """Starts of the segments over a tube, (6, k + 2): columns middle, k directions, and rest."""
     rest = matrix(len(tube.radii), 1, ((i, 0, symmetric(r)) for i, r in enumerate(tube.radii) if r))
     found = []
     for near, far in zip(tube.narrow.nodes, tube.wide.nodes, strict=True):

@@ -1,14 +1,15 @@
 """Equations of a periodic orbit by multiple shooting, with their derivatives.
 
-They are written once, for numbers that are balls, or forms over a patch (`forms`): only the flow of
-a field depends on the number. Columns are the unknowns and the parameters in one row: for every
-segment the free coordinates of its start state, then all durations, the forcing angle at the start,
-and the parameters. Coordinates that the last segment's guard makes exact at a start (x_r = delta,
-v_c = 0, P = +-f_b) are put in, not solved for. Rows are, for every segment, its end minus the start
-of the next one, and the condition that the durations are whole periods. A root of a segment's guard
-at the segment's start is divided out, so that the equations stay regular down to the duration 0 at
-which the segment is inserted. Over a patch it is divided out only in a segment whose duration is a
-coordinate of the patch: others are too short there for the guards' proof anyway.
+They are written once, for numbers that are balls, or forms over a patch, which other proofs use:
+only the flow of a field depends on the number. Columns are the unknowns and the varied parameters
+in one row: for every segment the free coordinates of its start state, then all durations, the
+forcing angle at the start, and these parameters. Coordinates that the guard of the segment before
+makes exact at a start (x_r = delta, v_c = 0, P = +-f_b) are put in, not solved for. Rows are, for
+every segment, its end minus the start of the next one, and the condition that the durations are
+whole periods. A root of a segment's guard at the segment's start is divided out, so that the
+equations stay regular down to the duration 0 at which the segment is inserted. Over a patch it is
+divided out only in a segment whose duration is a coordinate of the patch: others are too short
+there for the guards' proof anyway.
 """
 
 from __future__ import annotations

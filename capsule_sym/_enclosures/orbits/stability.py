@@ -33,7 +33,10 @@ class Characteristic:
 
 
 def monodromy(found: BoxValues) -> Any:
-    """The derivative (3, 3) of one period from a segment's start, over all orbits."""
+    """Monodromy matrix (3, 3) over all orbits of a box.
+
+    The period begins with the first segment of stick, or else with the first segment.
+    """
     segments = found.itinerary.segments
     n = len(segments)
     first = next((i for i, field in enumerate(found.fields) if field.stick), 0)
@@ -49,7 +52,7 @@ def monodromy(found: BoxValues) -> Any:
 
 
 def characteristic(m: Any) -> Characteristic:
-    """The characteristic polynomial of a (3, 3) matrix, of balls or a form's."""
+    """The characteristic polynomial, in balls, of a (3, 3) matrix of balls or of a form."""
 
     def minor(i: int, j: int, k: int, n: int) -> Any:
         return m[i, k] * m[j, n] - m[i, n] * m[j, k]
