@@ -1,1 +1,1 @@
-"""Proofs in ball arithmetic: orbits, bifurcations, branches and trajectories, enclosed."""
+"""Proofs in ball arithmetic: enclosures of orbits, bifurcations and runs; certificates."""

@@ -32,7 +32,8 @@ class Unproved(CapsuleError, ArithmeticError):
     """A step of a proof that does not succeed; the statement may still hold.
 
     `step` names it: existence, guards, stability, regularity, first switch, line, type, unfolding,
-    gluing, or certificate at the time limit.
+    or certificate at the time limit and for what no certificate can state. Other proofs have
+    further steps.
     """
 
     def __init__(self, step: str, detail: str) -> None:
@@ -54,9 +55,10 @@ def bits() -> int:
 
 
 def ball(value: Any, radius: Any = 0) -> Ball:
-    """Ball around a number: exact for int and float, within rounding for a decimal or fraction.
+    """Ball around a number, with a radius.
 
-    mpmath's numbers are taken exactly.
+    It is exact for an int or a float. A decimal (text), a fraction and a number of mpmath are
+    enclosed within their rounding to the precision.
     """
     if isinstance(value, Fraction):
         found = arb(value.numerator) / value.denominator
@@ -103,7 +105,7 @@ def floats(found: Matrix) -> NDArray[np.float64]:
 
 
 def thin(values: NDArray[np.float64]) -> Matrix:
-    """A matrix of exact balls."""
+    """A matrix of balls of radius 0, with these values."""
     return arb_mat(values.tolist())
 
 
@@ -128,5 +130,5 @@ def largest(found: Matrix) -> float:
 
 
 def greatest(values: Iterable[Ball]) -> float:
-    """Upper bound, as a float, on |x| in all of the balls; NaN if one is unbounded."""
+    """Upper bound, as a float, on |x| in all of the balls; infinite or NaN if one is unbounded."""
     return float(np.max([0.0, *map(upper, values)]))

@@ -60,7 +60,7 @@ class Exponential:
         return found[: order + 1]
 
     def short(self, h: Ball) -> bool:
-        """True for a duration that uses the series, in which terms small with h stay small."""
+        """True for a duration h, short enough for the series: norm(A) h is below 1."""
         return self.norm * upper(h) < _SHORT
 
     def rest(self, h: Ball, zeros: int = 0) -> Matrix:

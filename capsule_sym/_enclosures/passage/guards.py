@@ -94,7 +94,8 @@ class Line:
     ) -> bool | None:
         """True if a guard over time^order (or its derivative) is proved to have a sign on a piece.
 
-        None if the proof fails at the start itself, where shorter pieces would not help.
+        False if it is not, and None if the proof fails at the start itself, where shorter pieces
+        would not help.
         """
         shaped, rest = self.polynomial(guard, order, state, length, derivative)
         values = (shaped * ranges(state.ncols())).tolist()
@@ -104,7 +105,7 @@ class Line:
 
 
 class Signs:
-    """Guards of all fields of a tube, with the data computed once for each field."""
+    """Proofs that guards are positive, with the data computed once for each field."""
 
     def __init__(self) -> None:
         self._lines: dict[tuple[int, int], tuple[Field, Line]] = {}
@@ -193,7 +194,10 @@ class Signs:
         reach: float,
         part: float,
     ) -> bool:
-        """True if a guard is positive from an end of a segment on over a time `reach`."""
+        """True if a guard is proved positive from an end of a segment on over a time `reach`.
+
+        `part` is the longest piece, and `order` the number of known zeros at that end.
+        """
         line = self.line(field, sense)
         part = _dyadic(min(part, _LONGEST))
         done, pieces, depth, length = 0.0, 0, 0, part

@@ -49,8 +49,9 @@ class EnclosedRun:
 def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) -> EnclosedRun:
     """Enclose a run in double precision: its segments are proved, its end is in a box.
 
-    The start and the parameters are the decimals as which the run's doubles print, or those in
-    `exact` by name. Raises Unproved with the segment that fails.
+    The start and the parameters are the decimals as which the run's doubles print; `exact` replaces
+    parameters by name. Raises Unproved with the segment that fails, for a run that did not finish,
+    and for one without segments; InvalidInput if segments were not kept.
     """
     segments = trajectory.segments
     if not segments or not trajectory.success:

@@ -86,7 +86,7 @@ class Passed(NamedTuple):
 
 
 class Passage:
-    """The six fields at parameters that are narrow balls."""
+    """Passages through the six fields of the paper's scene, at parameters that are narrow balls."""
 
     rows = ROWS
 
@@ -109,7 +109,8 @@ class Passage:
     ) -> Iterator[Passed]:
         """Each segment after its proof, up to a time `total`, at which the last one ends.
 
-        `known` are exact facts at the start. Raises Unproved unless all states take these steps.
+        `known` are exact facts at the start. Raises Unproved if it is not proved that all states
+        take these steps.
         """
         here, begun, late = start, start, arb(0)
         form = self.form(extended(start))
