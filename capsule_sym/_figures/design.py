@@ -37,7 +37,7 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
     """A Pareto front: the first metric over the second, a dot for each optimum, a line a part.
 
     Outliers lie beyond the axes, with a mark at their edge. Between parts of the front a dotted
-    line has the metric of the part before.
+    line has the metric of the part before. A front without points gives empty axes.
 
     Parameters
     ----------

@@ -27,7 +27,8 @@ def plot_tolerances(
     """Samples of each metric as a histogram, and beside it Sobol's indices.
 
     Lines mark the nominal value and the middle 95 % of the samples. Outliers are not in the
-    histogram; the key gives their number. Metrics are in SI units if the system is a device.
+    histogram; the key gives their number. Metrics are in SI units if the system is a device. After
+    a time limit the panels are empty.
 
     Parameters
     ----------

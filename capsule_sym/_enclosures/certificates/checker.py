@@ -156,7 +156,10 @@ class Equations:
         return found | ({"alpha": z[4 * self.n + 1]} if self.still else {})
 
     def guard(self, i: int) -> int | None:
-        """Guard of segment i that selects the next field."""
+        """Guard of segment i that selects the next field; None if nothing ever switches.
+
+        Raises Rejected if no guard leads from the one field to the other.
+        """
         (c, d), (after, e) = (MODES[self.fields[k % self.n]] for k in (i, i + 1))
         if self.n > 1 and (c == after) == (d == e):
             raise Rejected(f"no guard ends segment {i}")
@@ -273,7 +276,10 @@ class Equations:
         return box
 
     def follow(self) -> list[Any]:
-        """A run from its start: each switch by Newton's method over all that its digits allow."""
+        """Box of a run, from its start on: each switch by Newton's method over all of its digits.
+
+        Raises Rejected if a value is not where its digits say.
+        """
         z, n, p = [*self.middle], self.n, self.parameters(self.middle)
         for i, field in enumerate(self.fields):
             (A, guards), y, at, last = rows(field, p), self.node(z, i), 3 * n + i, i == n - 1

@@ -171,7 +171,7 @@ class Passage:
         return field, float(bits())
 
     def _until(self, field: Field, bundle: Matrix, total: Duration) -> MovedSwitch:
-        """Duration and states of a segment up to a time since the start."""
+        """End of a segment at a time since the start, as a switch."""
         parts = total if isinstance(total, list) else [total]
         middle = arb((parts[0] - bundle[TIME, 0]).mid())
         moved = self._moved(field, middle, bundle)
@@ -181,7 +181,7 @@ class Passage:
         return MovedSwitch(middle, moved, late, arb(0), hull(late)[0, 0])
 
     def _switch(self, field: Field, bundle: Matrix, step: Leg, name: str) -> MovedSwitch:
-        """Zero of the guard of a segment."""
+        """Switch at the zero of a segment's guard; raises Unproved if it is not enclosed."""
         assert step.guard is not None
         row = guard_row(field, step.guard)
         rate = row * field.A
