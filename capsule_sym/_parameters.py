@@ -35,8 +35,9 @@ _MODULES = {"dataclasses": "parameters", "code": "kernels"}
 class Scene:
     """Generated code of a scene: modules as attributes, imported on first use.
 
-    `facts` describes parameters, state and fields, `switching` switching planes; `formulas` and
-    `code` are those of a segment, `dataclasses` the base classes of parameters.
+    `facts` describes parameters, state and fields, `switching` switching planes. `formulas` has
+    forces, rates and gradients within a segment, `code` its closed form with derivatives,
+    `dataclasses` the base classes of parameters.
     """
 
     facts: ModuleType
@@ -100,7 +101,7 @@ class Scene:
 
     @cached_property
     def records(self) -> Any:
-        """Records of the C core."""
+        """Types of the C core's records, for arrays of NumPy."""
         from capsule_sym.generated.interface import records  # loads NumPy
 
         return records(self.facts)
@@ -121,7 +122,10 @@ class Scene:
         return self._class("PhysicalParameters", SceneDevice, own.DeviceFields, own.Relations)
 
     def values(self, **quantities: Any) -> Any:
-        """Quantities of a device without checks: numbers or any values with arithmetic."""
+        """Device of these quantities without checks: numbers or any values with arithmetic.
+
+        It has `ratios()` and the units of a device, and no `dimensionless()`.
+        """
         bases = (SimpleNamespace, self.dataclasses.Relations, Scales)
         return type("Values", bases, {"scene": self})(**quantities)
 
@@ -213,7 +217,10 @@ class _Frozen:
 
     @checked
     def replace(self, **changes: float) -> Self:
-        """Return a copy with some parameters changed; raises `InvalidInput` like construction."""
+        """Return a copy with some parameters changed.
+
+        Raises `InvalidInput` like construction, and for an unknown name.
+        """
         for name in changes:
             check_one_of("parameter", name, names_of(self), self.scene.told)
         return type(self)(**self.to_dict() | changes)
@@ -271,8 +278,9 @@ class SceneDevice(_Frozen, Scales):
     """Parameters of a device of a scene in SI units, with the scales of results in SI units.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite and of the
-    signs that the scene's declaration gives, and unless the friction force, the natural frequency,
-    the length scale and the dimensionless parameters are representable.
+    signs that the scene's declaration gives, unless the friction force, the natural frequency and
+    the length scale are representable and above 0, and unless the dimensionless parameters are
+    allowed; and for a scene that declares no device.
     """
 
     __slots__ = ()
@@ -300,6 +308,7 @@ class SceneDevice(_Frozen, Scales):
         """Error about the quantity of the device that causes an error about a parameter.
 
         It is a quantity proportional to the parameter, or an optional one whose default is allowed.
+        Without such a quantity it is the error about the parameter.
         """
         facts = self.scene.facts
         causes = [name for name, (tied, _) in facts.DRIVEN.items() if tied == error.field]
@@ -327,7 +336,7 @@ class SceneDevice(_Frozen, Scales):
 
     @checked
     def tie(self, name: str) -> tuple[str, float]:
-        """Parameter proportional to a quantity, such as P_d, and the factor (1/SI).
+        """Parameter proportional to a quantity, such as P_d, and its value for 1 SI unit of that.
 
         These quantities do not change the units of force, length and time. Raises `InvalidInput`
         for another name.
@@ -487,7 +496,7 @@ def load_parameters(path: str | PathLike[str]) -> SceneParameters | SceneDevice:
 
 
 def read_parameters(path: str | PathLike[str], otherwise: Scene) -> SceneParameters | SceneDevice:
-    """Parameters in a TOML file, by default of the scene `otherwise`."""
+    """Parameters in a TOML file, as `load_parameters` reads it; without `scene` of `otherwise`."""
     from capsule_sym._files import read_toml
 
     table = read_toml(path)
