@@ -53,7 +53,10 @@ class _Kind(NamedTuple):
 
 
 def is_real(value: object) -> TypeGuard[float]:
-    """True for a number that a double can represent, but not for bool or digits as text."""
+    """True for an int or a float, also of NumPy, nan and inf included; not for bool or text.
+
+    An int beyond the range of doubles is refused.
+    """
     if type(value) is float:
         return True
     if isinstance(value, int | float):
@@ -96,7 +99,7 @@ def _items(value: Any) -> Any:
 
 
 def _rows(value: Any) -> bool:
-    """True for a list, a tuple or an array, whose items may be many and stay there."""
+    """True for a list, a tuple, a column or an array with an axis; copies no array."""
     array = type(value).__name__ == "ndarray"
     return value.ndim > 0 if array else _items(value) is not None
 
@@ -109,7 +112,7 @@ def _axes(value: Any) -> bool:
 
 
 def _instance(name: str, words: str) -> _Kind:
-    """Objects of a class and of those derived from it, by its name, but no orbit that is none."""
+    """Objects of a class and of those derived from it, by its name, but no `NoOrbit`."""
 
     def allows(value: Any) -> bool:
         every = [one.__name__ for one in type(value).__mro__]

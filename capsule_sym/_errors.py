@@ -38,14 +38,14 @@ def counted(count: int, name: str, names: str = "") -> str:
 
 
 def suggestion(value: object, names: Iterable[str]) -> str:
-    """Question after a text of which a word is nearly one of the names; empty for others."""
+    """Question "; did you mean NAME?" if a word of a text is nearly a name; empty otherwise."""
     words = re.findall(r"[A-Za-z_][\w.-]+", value) if isinstance(value, str) else []
     close = [one for word in words if word not in names for one in close_names(word, names)]
     return f"; did you mean {close[0]}?" if close else ""
 
 
 def close_names(word: str, names: Iterable[str], count: int = 1, least: float = 0.6) -> list[str]:
-    """Names that are much like a word, the nearest first."""
+    """Names like a word, the nearest first: at most `count`, of similarity `least` or more."""
     from difflib import get_close_matches
 
     return get_close_matches(word, names, count, least)
@@ -65,7 +65,7 @@ def _shown(value: object) -> str:
 
 
 def check_one_of(field: str, value: object, allowed: Collection[str], of: str = "") -> None:
-    """Raise InvalidInput unless a value is one of the names that are allowed, `of` something."""
+    """Raise InvalidInput unless a value is one of the names allowed; `of` ends the message."""
     if value not in allowed:
         raise InvalidInput(field, value, f"one of {', '.join(allowed)}{of}")
 
