@@ -26,7 +26,7 @@ def segment_record(segment: Segment) -> dict[str, Any]:
     """A segment: field, local map, switching planes, start and end, and how its switch was found.
 
     `source` is None for a start off every switching plane, `target` for the segment that the end
-    of the run cuts, and then so is `local_map`.
+    of the run cuts; `local_map` is None if one of them is.
     """
     return {
         "field": segment.name,
@@ -41,7 +41,7 @@ def segment_record(segment: Segment) -> dict[str, Any]:
 
 
 def motion_record(motion: SteadyMotion | None) -> dict[str, Any]:
-    """Itinerary, global map, period number and progression; each None where no motion was found."""
+    """Itinerary, global map, period number and progression; all None for no motion."""
     names = ("global_map", "period_number", "progression")
     itinerary = list(motion.itinerary) if motion else None
     return {"itinerary": itinerary, **{name: getattr(motion, name, None) for name in names}}
@@ -66,10 +66,10 @@ def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str,
 
 
 def in_si(device: SceneDevice | None, row: Mapping[str, Any]) -> dict[str, float]:
-    """Values of a row with an SI unit, such as "velocity [m/s]"; empty without a device.
+    """Values of a row in SI units, such as "velocity [m/s]"; empty without a device.
 
-    These are numbers, records of metrics, and parameters proportional to a single quantity, such as
-    P_d. The mean power is added to the work of a period.
+    These are the floats and the records of metrics that have a unit, the mean power if there is
+    work, and the quantities, such as P_d, whose proportional parameter is in the row.
     """
     if device is None:
         return {}
@@ -97,14 +97,15 @@ def dumps(record: dict[str, Any]) -> str:
     """The record as JSON text, every number with all its digits.
 
     A double is written with the digits that give it back, an mpmath number with 50: a reader
-    that wants them all parses numbers as decimals.
+    that wants them all parses numbers as decimals. Raises ValueError for a float that is nan or
+    infinite.
     """
     text = json.dumps(record, allow_nan=False, default=_marked, ensure_ascii=False, indent=2)
     return _MARKED.sub(r"\1", text)
 
 
 def table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = ()) -> str:
-    """Rows as CSV text, with the columns of all of them, or those given where there is none."""
+    """Rows as CSV text, with the columns of all of them; without rows, the head of `columns`."""
     text = io.StringIO()
     names = dict.fromkeys(name for row in rows for name in row) or columns
     writer = csv.DictWriter(text, list(names), lineterminator="\n")

@@ -30,7 +30,11 @@ def check_parameter(field: str, name: str, system: System, *further: str) -> Non
 
 
 def drives(system: System) -> dict[str, float]:
-    """Parameters of the drive, amplitude and frequency first, each with its unit (SI)."""
+    """Parameters of the drive, amplitude and frequency first, each with its scale.
+
+    Of a device these are the quantities proportional to them, with the SI value of the
+    dimensionless parameter's unit; dimensionless parameters have the scale 1.
+    """
     facts = system.scene.facts
     names = ("alpha", "omega", *(name for name in ("alpha_low", "D") if facts.PULSED))
     if isinstance(system, SceneParameters):

@@ -46,7 +46,7 @@ UNITS = {
 
 
 def mean_power(work: Any, rate: Any) -> Any:
-    """The mean power of a motion, from its work per excitation period and the frequency."""
+    """The mean power of a motion, from work per excitation period and angular frequency."""
     return work * rate / math.tau
 
 
