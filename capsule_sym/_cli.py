@@ -107,9 +107,9 @@ for _name, _module, _text in (
 def main(arguments: Sequence[str] | None = None, commands: click.Group = group) -> NoReturn:
     """Run the command line, of these commands, and exit.
 
-    The status is that of the command, 2 for bad input, 130 for Ctrl-C, and 1 where stdout or
-    stderr is closed or cannot be written, or the core was compiled from other files. `arguments`
-    are those of the process if not given.
+    The status is that of the command, 2 for bad input, 130 for Ctrl-C, and 1 for any other error
+    of the package or the operating system, such as a missing library, a core compiled from other
+    files, or a stdout or stderr that is closed. `arguments` are those of the process if not given.
     """
     if arguments is None:
         os.environ["MPLBACKEND"] = "agg"  # pictures are written, and no window is opened
@@ -123,7 +123,10 @@ def main(arguments: Sequence[str] | None = None, commands: click.Group = group) 
 
 
 def _closed() -> int:
-    """0, or 1 if a stream is closed: the next file to be opened would get its number."""
+    """0, or 1 if a stream is closed: the next file to be opened would get its number.
+
+    Open streams then escape what they cannot encode.
+    """
     streams: dict[str, TextIO | None] = {"output": sys.stdout, "error": sys.stderr}
     for stream in streams.values():
         if isinstance(stream, TextIOWrapper):

@@ -24,7 +24,7 @@ class NotCompiled(CapsuleError):
 
 
 def compiler() -> list[str]:
-    """Command of the C compiler: of CC, else the first of cc, gcc and clang; empty without one."""
+    """Command of the C compiler: CC if it is found, else cc, gcc or clang; empty without one."""
     from shlex import split
     from shutil import which
 
@@ -35,9 +35,10 @@ def compiler() -> list[str]:
 
 
 def compiled(kernels: str, out: str, report: Callable[[int, int], object]) -> None:
-    """Write the core of a scene, from the folder of its C code; whole or not at all.
+    """Write the core of a scene to `out`, from the folder of its C code; whole or not at all.
 
-    `report` receives the number of compiled files, and of all. Raises NotCompiled.
+    `report` receives the number of compiled files, and of all. Raises NotCompiled without a
+    compiler, for its first error, and if `out` cannot be written.
     """
     from concurrent.futures import ThreadPoolExecutor  # these load some 50 modules
     from tempfile import TemporaryDirectory
@@ -99,10 +100,10 @@ def opened(path: str) -> Any:
 
 
 def kept(name: str, kernels: str) -> str:
-    """Core of a shipped scene from the user's cache, compiled there at the first use.
+    """Path of a shipped scene's core in the user's cache, compiled there at the first use.
 
-    Empty without a compiler, and after a line on the standard error if it fails. A file that cannot
-    be loaded, cut or for another machine, is compiled again.
+    A line on stderr says so. Empty without a compiler, and after another line if it fails. A file
+    that cannot be loaded, cut or for another machine, is removed and compiled again.
     """
     import platform
 

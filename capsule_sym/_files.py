@@ -49,7 +49,7 @@ def write_whole(path: str | os.PathLike[str], data: str | bytes, field: str = "o
 
 
 def mode_of(path: str | os.PathLike[str]) -> int | None:
-    """Mode of the file at a path, None if there is none; raises OSError if none can be."""
+    """Mode of the file at a path, None if there is none; raises OSError if that is unknown."""
     try:
         return os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -58,10 +58,10 @@ def mode_of(path: str | os.PathLike[str]) -> int | None:
 
 @contextmanager
 def growing(path: Path, field: str, begin: str = "") -> Iterator[Callable[[str], None]]:
-    """Function that adds a line to a log, which stays when the program ends the next moment.
+    """Function that appends whole lines to a log at once: they stay if the program is killed.
 
-    A last line that is torn is cut off, and an empty log begins with `begin`. Raises InvalidInput,
-    which names `field`, where the log cannot be written.
+    Texts end with their newline. A last line without one is cut off, and an empty log begins with
+    `begin`. Raises InvalidInput, which names `field`, where the log cannot be written.
     """
     with _refused(path, field):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -85,7 +85,7 @@ def growing(path: Path, field: str, begin: str = "") -> Iterator[Callable[[str],
 
 
 def read_json(path: str | os.PathLike[str], what: str, field: str = "file") -> Any:
-    """Content of a file of JSON; raises InvalidInput for one that is none, which is not `what`."""
+    """Content of a JSON file; raises InvalidInput if it is unreadable, or not JSON: not `what`."""
     import json
 
     try:
@@ -98,7 +98,7 @@ def read_json(path: str | os.PathLike[str], what: str, field: str = "file") -> A
 
 @contextmanager
 def _refused(path: str | os.PathLike[str], field: str) -> Iterator[None]:
-    """Raises InvalidInput for what the operating system refuses, but for a reader that leaves."""
+    """Raises InvalidInput for any OSError but BrokenPipeError, of a reader that left."""
     try:
         yield
     except BrokenPipeError:

@@ -23,9 +23,10 @@ def processors() -> int:
 
 @contextmanager
 def deferred() -> Iterator[None]:
-    """Context of work that Ctrl-C must not interrupt, such as drawing: it is raised afterwards.
+    """Context of work that Ctrl-C must not interrupt, such as drawing: its handler runs afterwards.
 
-    Also for calls of libraries that drop exceptions, and with them the interrupt.
+    Also for calls of libraries that drop exceptions, and with them the interrupt. It changes
+    nothing in threads other than the main one, and where Ctrl-C has no handler.
     """
     came: list[Any] = []
     handler = signal.getsignal(signal.SIGINT)
