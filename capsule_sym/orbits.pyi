@@ -1,4 +1,4 @@
-"""Orbits by their itineraries; their stability, symmetry, and what leaves their branches."""
+"""Orbits by their itineraries; their stability, symmetry, and period-doubling cascades."""
 
 from capsule_sym._orbits.continuation.continue_orbits import (
     period_doubling_cascade as period_doubling_cascade,

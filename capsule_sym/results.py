@@ -1,4 +1,4 @@
-"""Classes of results, and what reads results of files."""
+"""Classes of results, and functions that read results from files."""
 
 from capsule_sym import _attach
 

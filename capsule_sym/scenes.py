@@ -1,4 +1,4 @@
-"""The scenes: `scenes.slope` of those that ship, `scenes.load(folder)` for one's own.
+"""The scenes: `scenes.slope` and others that ship, `scenes.load(folder)` for one's own.
 
 A scene has the classes of its parameters: `scenes.slope.Parameters(alpha=0.7, s=0.05)`.
 """
