@@ -66,7 +66,10 @@ class Kernels:
 
     @np.errstate(under="ignore")  # what has decayed is 0, also where a user's setting raises
     def flow(self, c: Any, start: Start, h: Any, advance: bool = False) -> Values:
-        """x_r(h) - x_r(0), v_r(h), in drift v_c(h) - v_c(0); with `advance` x_c(h) - x_c(0) too."""
+        """x_r(h) - x_r(0) and v_r(h); in drift v_c(h) - v_c(0), with `advance` x_c(h) - x_c(0) too.
+
+        At rest there are two values, also with `advance`.
+        """
         x_r, gap, v_r, v_c, margin, *angle = start
         short = c.rate * h < 1
         forcing = () if short and not advance else self.forcing(c, h)
@@ -144,7 +147,7 @@ class Kernels:
         return _slope_sums(self.slope_terms(c, h, self.free_terms(c, h)), h)
 
     def halvings(self, reach: Any) -> int:
-        """Halvings after which a duration is 1 over its rate or less."""
+        """Number of halvings that take `reach`, a rate times a duration, to 1 or less."""
         n = 0
         while reach > 1:
             reach, n = reach / 2, n + 1
@@ -185,7 +188,7 @@ class Kernels:
         """Response functions and their sensitivities.
 
         Closed sensitivities cancel more, by a power of the duration: they are used later, and never
-        if strong damping makes K small compared with sigma^2.
+        if the spring is overdamped, where K may be small compared with sigma^2.
         """
         free = self.free(c, h)
         near = c.q < 0 or c.rate * h < 8 or abs(c.q) * h * h < 1
@@ -205,7 +208,7 @@ class Harmonic(Kernels):
         return q, nu, slow, Z2, total * total > 2.0 * Z2, fast, max(fast, omega)
 
     def forcing(self, c: Any, h: Any) -> Values:
-        """Cosine, sine and versine of the forcing."""
+        """cos(omega h), sin(omega h)/omega and (1 - cos(omega h))/omega^2."""
         cos, sin = self.by.cos, self.by.sin
         half = sin(c.omega * h / 2) / c.omega
         return cos(c.omega * h), sin(c.omega * h) / c.omega, 2 * half * half
@@ -220,7 +223,7 @@ class Harmonic(Kernels):
         return lag, sine2, (versine - h * sine / 2) / ww, (lag - sine2) / ww
 
     def forcing_series(self, power: Any, h: Any) -> Values:
-        """The same by their power series, from the squared angle."""
+        """Functions lag, sine2, versine2 and lag2 by power series; `power` is (omega h)^2."""
         term = h * h * h / 6
         lag = sine2 = term
         versine2 = term * h / 4
