@@ -48,9 +48,9 @@ def check_switches(
     compared. The exact run stops after `max_seconds` or 20,000 segments. Switches are then
     compared up to there: `message` has the time, and `success` is that of these switches alone.
 
-    A switch counts as found if its time is wrong by less than an eighth of a period, and no other
-    switch of the same kind is nearer. It is the period of the drive or of the mass on its spring,
-    whichever is shorter.
+    A switch counts as found if its time is wrong by at most an eighth of a period, if no other
+    switch of the same kind is nearer, and if such pairs have the same order in both lists. The
+    period is that of the drive or of the mass on its spring, whichever is shorter.
 
     Parameters
     ----------
@@ -66,7 +66,8 @@ def check_switches(
     phase : float, default 0, from 0 to below 2 pi/omega
         Phase of the start: a time in the excitation period, dimensionless.
     end : float, optional, not before the last of the times
-        Time at which the run ends, dimensionless. The default is the last of the times.
+        Time at which the run ends, dimensionless. The default is the last of the times, or `phase`
+        without times.
     resolution : float, default 0, finite and not negative
         Uncertainty of the times, dimensionless, such as half a unit of the last digit printed.
     tolerance : float, optional, finite and above 0
@@ -87,7 +88,8 @@ def check_switches(
     Raises
     ------
     InvalidInput
-        For a value outside its range, times that do not ascend, and an unknown field.
+        For a value outside its range, times that do not ascend, an unknown field, and events that
+        are not as many as the times.
 
     See Also
     --------

@@ -55,7 +55,7 @@ def growth_of_errors(run: Trajectory) -> NDArray[np.float64]:
 
 
 def _large(carried: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Blocks (3, 3) of a row of them, but for those that the motion has made negligible."""
+    """Row of (3, 3) blocks, without those whose norm is 1e-12 or less; shape (3, 3 n)."""
     blocks = carried.reshape(STATES, -1, STATES)
     kept = np.linalg.norm(blocks, axis=(0, 2)) > _NEGLIGIBLE
     return blocks[:, kept].reshape(STATES, -1)
@@ -74,7 +74,10 @@ def _derivatives(forms: ClosedForms, record: Any, h: float) -> tuple[NDArray[Any
 
 
 def _ending_by(forms: ClosedForms, record: Any, following: int, rate: NDArray[Any]) -> NDArray[Any]:
-    """Derivatives (3,) of the time at which a segment ends, by a change of the state there."""
+    """Derivatives (3,) of the time at which a segment ends, by the state there.
+
+    0 at an edge of the drive, and if the field stays.
+    """
     field, scene = int(record["field"]), forms.scene
     touching = contact(following, scene)
     leaving = contact(field, scene) != touching

@@ -99,8 +99,8 @@ class SwitchCheck:
     def tolerance(self) -> float | None:
         """Tolerance with which no switch would be missed; None if the one used is small enough.
 
-        Also None if the one used is unknown, or the set-up is wrong. The error of a segment is
-        assumed to be proportional to the tolerance, and at least equal.
+        Also None if the one used or the one needed is unknown, or the set-up is wrong. The error of
+        a segment is assumed to be proportional to the tolerance, and at least equal.
         """
         if not self.used or not self.needed or self.differences[0].cause is Cause.SETUP:
             return None

@@ -53,9 +53,9 @@ def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches
     Raises
     ------
     InvalidInput
-        For a file that cannot be read, for a column that is missing, for a line `# name = value` of
-        another name, and for a value that is no number or beyond doubles. A time is named with its
-        row.
+        For a file that cannot be read, for a column that is missing or there twice, for a row of
+        more cells than columns, for a line `# name = value` of another name, and for a value that
+        is no number or beyond doubles. A time is named with its row.
 
     See Also
     --------
@@ -121,7 +121,7 @@ def _number(field: str, text: str) -> Decimal:
 
 
 def _resolution(number: Decimal) -> float:
-    """Half a unit of the last digit that is printed; 0 for one that a double has not."""
+    """Half a unit of the last digit that is printed; 0 for a number of 15 digits or more."""
     _, digits, exponent = number.as_tuple()
     assert isinstance(exponent, int)
     return 0.0 if len(digits) >= _DIGITS else 0.5 * 10.0**exponent
