@@ -17,7 +17,7 @@ _PAUSE = 0.1  # seconds between two texts
 
 
 def track(items: Iterable[_Item], text: str, total: float) -> Iterator[_Item]:
-    """Items, with their progress."""
+    """Yield the items, and show how many of `total` are done."""
     with reporting(text) as report:
         for done, item in enumerate(items):
             report(done, total)
@@ -28,8 +28,9 @@ def track(items: Iterable[_Item], text: str, total: float) -> Iterator[_Item]:
 def reporting(text: str, limit: Watch | None = None) -> Iterator[Callable[..., None]]:
     """One line, which is removed at the end; yields the function that updates it.
 
-    It is called as report(said) or report(done, total). With a limit the first Ctrl-C ends the work
-    like a time limit, the next at once. The work uses the time left of it as its own limit.
+    It is called as report(said) or report(done, total), and `TOLD` holds it meanwhile. With a limit
+    the first Ctrl-C ends the work like a time limit, the next at once. The work itself must have
+    `limit.left` as its time limit.
     """
     import signal
 

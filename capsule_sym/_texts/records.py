@@ -108,7 +108,7 @@ def _table(name: str, rows: Sequence[Mapping[str, Any]], first: Sequence[str]) -
 
 
 def _ends(value: Any) -> Any:
-    """Least and greatest of the numbers along a parameter, and the first of the itineraries."""
+    """Range of the numbers along a parameter; first of the itineraries, and how many others."""
     if isinstance(value, Mapping):
         return {key: _ends(one) for key, one in value.items()}
     if not isinstance(value, list) or not value:
