@@ -34,7 +34,8 @@ class _Server(ThreadingHTTPServer):
 def serve(port: int, page: str, opens: bool, as_json: bool) -> None:
     """Serve the page at a port (0 for any free one) until Ctrl-C, and print the address.
 
-    Raises InvalidInput for a port that is not free.
+    The address is JSON with `as_json`, and a browser opens it with `opens`. Raises InvalidInput for
+    a port that is not free.
     """
     with TemporaryDirectory() as folder:
         Path(folder, "index.html").write_bytes(page.encode())

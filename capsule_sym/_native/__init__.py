@@ -1,4 +1,4 @@
-"""Compiled cores of scenes, or None without them."""
+"""Compiled cores of scenes; None for a scene without one."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ __all__ = ["StaleCore", "TimeUp", "Watch", "check_time", "core", "core_of", "liv
 
 
 class StaleCore(CapsuleError, ImportError):
-    """Raised if a compiled core is not that of the package's kernels."""
+    """Raised if a compiled core is of other kernels, or cannot be loaded."""
 
 
 def _opened(binding: Any, path: str, scene: Scene) -> Any:
-    """Core in a library; raises StaleCore if it is none, or one of other kernels."""
+    """Core in a library; raises StaleCore if that is no core, or one of other kernels."""
     again = "install capsule-sym again, which compiles it"
     if scene.source not in SHIPPED:
         again = f"`python -m capsule_sym.codegen --scene FILE --out {scene.source} --core`"
@@ -42,9 +42,10 @@ def _opened(binding: Any, path: str, scene: Scene) -> Any:
 
 @cache
 def core_of(scene: Scene) -> Any:
-    """Core of a scene; None if it was not compiled. One that ships is compiled at its first use.
+    """Core of a scene; None if there is none. That of a shipped scene is compiled at its first use.
 
-    Raises StaleCore if it was compiled from other kernels, or is for another machine.
+    None also without the binding, and if a shipped scene cannot be compiled. Raises StaleCore if it
+    was compiled from other kernels, or cannot be loaded here.
     """
     if find_spec(name := f"{__name__}._binding") is None:
         return None
@@ -61,7 +62,10 @@ core = core_of(CAPSULE)
 
 
 def live(scene: Scene = CAPSULE) -> str:
-    """Code that computes here: c-avx512, c-avx2 or c-plain, whose last bits differ, or numpy."""
+    """Code that computes here: c-avx512, c-avx2, c-plain or numpy; their last bits differ.
+
+    c-avx2 is the name of four lanes, also on ARM.
+    """
     if (core := core_of(scene)) is None:
         return "numpy"
     return {8: "c-avx512", 4: "c-avx2", 1: "c-plain"}[core.lanes()]

@@ -80,7 +80,7 @@ _PRESENT: ContextVar[Watch] = ContextVar("watch", default=_ENDLESS)
 
 
 def present() -> Watch:
-    """Watch of the present work: of the enclosing ones, the one that ends first."""
+    """Watch of the present work: of enclosing ones the first to end; an endless one outside."""
     return _PRESENT.get()
 
 
