@@ -201,7 +201,7 @@ cdef class Core:
         return self.table.digest.decode()
 
     def lanes(self):
-        # Number of runs side by side on this processor: 8 (AVX-512), 4 (AVX2) or 1.
+        # Number of runs side by side on this processor: 8 (AVX-512), 4 (AVX2, or ARM 64) or 1.
         return self.table.lanes()
 
     def widths(self):
@@ -369,7 +369,7 @@ cdef class Fields:
         return 0
 
     def closed_form(self, int field, const double[::1] start, double h):
-        # Values (4,) and Jacobian (4, 12) of one segment's closed form a duration h after start.
+        # Values (4,) and Jacobian (4, columns) of one segment's closed form a duration h after start.
         #
         # `start` holds x_r, gap, v_r, v_c, margin, cosine and sine of the angle. The values are
         # the change of x_r, v_r, the change of v_c, and x_c's advance; the Jacobian has their rows
@@ -385,8 +385,8 @@ cdef class Fields:
     def extrema(self, int field, start, int quantity, int zeros, double duration):
         # Extrema inside a segment, (kind, time, value) each; None if they are undecided.
         #
-        # `start` is as for `closed_form`; `quantity` is one of `interface.Quantity`. The first `zeros`
-        # derivatives of its rate vanish at the start.
+        # `start` is as for `closed_form`; `quantity` is one of `interface.Quantity`. `zeros` is 1 if its
+        # rate vanishes at the start, else 0.
         cdef const double[::1] at = np.array(start, dtype=float)
         cdef capsule_extremum found[MOST_EXTREMA]
         cdef int count
@@ -543,8 +543,8 @@ cdef class Map(Fields):
             watch=None, int precision=0):
         # Continue to the end of period `periods`; requested results are written to given arrays.
         #
-        # `state` is a record of STATE, replaced by the final one; `segments` is an array of its
-        # dtype; `strobe` has shape (periods + 1, 3), or fewer rows, at least ROWS: then the state at
+        # `state` is a record of STATE, replaced by the final one; `segments` is an array of SEGMENT, not
+        # empty; `strobe` has shape (periods + 1, 3), or fewer rows, at least ROWS: then the state at
         # the end of period k is in row k % rows, and the run pauses when half of them are new. For a
         # motion that rests forever the last ones are written. Returns the reason to stop, the number
         # of segments written, and the outcome that is undecided. `precision` is one of
@@ -583,8 +583,8 @@ cdef class Map(Fields):
         #
         # `segments` are records of SEGMENT in their order; times that ascend, except for steps back
         # over few segments, take least. Before the first segment and after the last the state is that
-        # of its start or end; with `more` to follow, it ends at the first time after the last one's
-        # end. Returns the number of states.
+        # of its start or end; with `more` to follow, it ends at the first time at or after the last
+        # one's end. Returns the number of states.
         cdef size_t done, n = times.shape[0], count = len(segments)
         cdef void *records = _memory(segments, self.core.records.SEGMENT, -1, True)
         _need(<size_t> states.shape[0] == n and states.shape[1] == 4, "states", (n, 4))
@@ -602,13 +602,12 @@ cdef class Map(Fields):
 
     def differentiate(self, segments, const double[::1] times, double[:, ::1] switches,
                       double[:, :, ::1] slopes, watch=None):
-        # Write the derivatives of switching times (n, 11), and of (x_r, v_r, v_c, x_c) at times.
+        # Write the derivatives of switching times, and of (x_r, v_r, v_c, x_c) at absolute times.
         #
-        # Returns the number of segments passed, less than n + 1 if the watch ends it.
-        #
-        # `segments` are all records of a run, n + 1 of them; `times` ascend, and `slopes` has the shape
-        # (times, 4, 12). The columns are the start's x_r, v_r, v_c and phase, the parameters, and of
-        # `slopes` the rate of change.
+        # `segments` are all records of a run, one more than rows of `switches`; `times` ascend, and
+        # `slopes` has the shape (times, 4, columns). The columns are the start's x_r, v_r, v_c and
+        # phase, the parameters, and of `slopes` the rate of change, which `switches` does not have.
+        # Returns the number of segments passed, less than all if the watch ends it.
         cdef size_t done, n = times.shape[0], count = len(segments)
         cdef void *records = _memory(segments, self.core.records.SEGMENT, -1, True)
         _need(switches.shape[0] + 1 == <Py_ssize_t> count and switches.shape[1] == self.table.slopes,
