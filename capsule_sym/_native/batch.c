@@ -136,7 +136,7 @@ static void run_scalar(batch_progress *w)
 }
 
 /* Advances a run from a state with the scalar code, segment by segment until lanes can continue it. If its
-   next segment is for lanes, it is only queued. */
+   next segment is for lanes, it is only queued, unless the scalar code must `help` with it. */
 static void start_run(batch_progress *w, int slot, capsule_state state, int help)
 {
     capsule_workspace *workspace = w->workspace;

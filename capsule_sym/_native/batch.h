@@ -14,7 +14,7 @@ enum {
 #endif
     WAY,          /* of the drift: 1, -1, or 0 at rest */
     GAP_ZEROS,    /* derivatives that vanish at the start, of the gap */
-    SECOND_ZEROS, /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
+    SECOND_ZEROS, /* and of v_c; at rest 1 (-1) where Q is f_b (-f_b) */
     ENERGY_ERROR, V_C_ERROR, ANGLE_ERROR, POSITION,
     LASTED,       /* duration of the last similar segment, over its reach; after a step, of this one */
 #define OF_RUN_AT(name) RUN_##name,

@@ -100,7 +100,7 @@ typedef struct {
     int64_t rows;        /* 0 if strobe has periods + 1 rows. Else its number of rows, at least 8192:
                             row k % rows has period k, and the run pauses when half of them are new */
     capsule_segment *segments;
-    capsule_event *events;
+    capsule_event *events; /* not written if segments are */
     size_t room;   /* of segments or events; the run pauses when it is used up */
     int position;  /* 1 to integrate x_c */
     capsule_watch *watch; /* or null */
@@ -118,7 +118,8 @@ typedef struct {
 capsule_stop capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
 capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
 
-/* Makes only the parts of a map that `capsule_state_at` needs. Such a map allows no runs. */
+/* Makes only the constants of a map: enough for `capsule_state_at`, and not for runs, which do not check
+   it. */
 capsule_stop capsule_map_constants(const capsule_parameters *parameters, capsule_map *map);
 
 /* State at a time in [0, 2 pi/omega), on exactly those surfaces that its numbers satisfy. Without a map its
@@ -126,8 +127,8 @@ capsule_stop capsule_map_constants(const capsule_parameters *parameters, capsule
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
                                double phase);
 
-/* Number of runs that this processor takes side by side: 8 (AVX-512), 4 (AVX2) or 1. The last bits of
-   results differ between these numbers. */
+/* Number of runs that this processor takes side by side: 8 (AVX-512), 4 (AVX2, or ARM 64) or 1. The last
+   bits of results differ between these numbers. */
 int capsule_lanes(void);
 
 /* Most runs side by side that may be requested: a larger number only in builds for tests of all widths. */
@@ -211,12 +212,12 @@ typedef struct {
 /* Derivatives at the start of a run. */
 capsule_stop capsule_slopes_start(capsule_slopes *at);
 
-/* Propagates derivatives through the segments of a run in their order, from the start of the first to that
-   of the last, in `at`. `switches` (may be null), a row for each segment but the last, receives the
-   derivatives of their end times; `slopes` those of (x_r, v_r, v_c, x_c) at `n` times in ascending order,
-   with the rate of change in the last column. After a tangential switch they are infinite or not a number;
-   at two simultaneous switches they are those of the side that the run takes. Returns the number of
-   segments passed: less than `count` if `watch` (may be null) stops it, or at an invalid field; 0 if
+/* Propagates derivatives through the segments of a run in their order, from the start of the first to that of
+   the last, in `at`. `switches` (may be null), a row for each segment but the last, receives the derivatives
+   of their end times; `slopes` those of (x_r, v_r, v_c, x_c) at `n` ascending absolute times, as for
+   `capsule_evaluate`, with the rate of change in the last column. After a tangential switch they are infinite
+   or not a number; at two simultaneous switches they are those of the side that the run takes. Returns the
+   number of segments passed: less than `count` if `watch` (may be null) stops it, or at an invalid field; 0 if
    refused. */
 size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
                              capsule_slopes *at, double (*switches)[CAPSULE_SLOPE_COUNT],

@@ -55,7 +55,7 @@ typedef struct {
     /* Constants of a field, in the order of the kernels' own. */
     void (*constants_of)(const void *map, int field, double *constants);
     /* The changes of x_r and v_c, v_r, and x_c's advance, in the order (x_r, v_r, v_c, x_c), and a row of
-       derivatives for each; at rest the last two of each are 0. */
+       derivatives for each; at rest the last two values are 0, and the last two rows are not written. */
     void (*closed_form)(const void *map, int field, const double *start, double h, double *values, double *rows);
     int (*extrema)(const void *map, int field, const double *start, int quantity, int zeros,
                    double duration, capsule_extremum *found, int room);

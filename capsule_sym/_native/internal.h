@@ -54,7 +54,9 @@ typedef struct {
     const capsule_request *request;
     int64_t periods;
     int position;
-    double guess[CAPSULE_FIELD_COUNT + 1][CAPSULE_PLANE_COUNT + 1]; /* last end of a segment of this field from this plane */
+    /* Last end of a segment of this field, in its expansion: by the plane from which it came, if it ended in
+       the first one, else at 0. */
+    double guess[CAPSULE_FIELD_COUNT + 1][CAPSULE_PLANE_COUNT + 1];
     capsule_exact exact;
     double angle, cosine, sine; /* of the last switch */
     capsule_wide_table *wide;   /* by contact and drift */

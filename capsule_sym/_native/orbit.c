@@ -47,7 +47,7 @@ static void return_matrix(double slopes[4][COLUMNS_AT], double a[3][3])
             a[i][j] = (i == j) - slopes[i][j];
 }
 
-/* True if the run returns to its start after fewer periods than all of its own. */
+/* True if the run is at its start after `part` periods, fewer than all of its own. */
 static int repeats_after(const capsule_closed_run *run, int part, const double x[3], double scale)
 {
     const double time = part * (run->end / run->periods);

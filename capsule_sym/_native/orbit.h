@@ -25,7 +25,7 @@ void capsule_slopes_of_run(const capsule_closed_run *run, capsule_slopes *at);
 
 /* Place of the largest size of a quantity: the segment, and the time after its start, or its end. */
 typedef struct {
-    double size, after; /* the size is 0 of a gap that never closes */
+    double size, after; /* size of a gap: 0 if it never closes; with two stops the force of its spring */
     double x_r, gap, v_r;
     size_t segment;
     int at_end;

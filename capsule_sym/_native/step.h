@@ -170,7 +170,7 @@ enum { MOST = TERMS + 1 }; /* the degree of a guard: v_c has a term more than x_
 #error "an even number of terms"
 #endif
 
-/* Coefficients of the guard in question, times its sign for a friction guard. */
+/* Coefficients of the guard in question, times its sign. */
 inlined void guard_terms(const segment *c, const table *t, const expansion *e, const real *a, int drift,
                          bound sign, mask is_gap, mask active, const point *s, real gap, real *p)
 {
