@@ -116,7 +116,8 @@ class Status(StrEnum):
     #: Newton's method, the least squares or an optimisation did not converge; on a branch not even
     #: at the shortest step.
     NOT_CONVERGED = "not-converged"
-    #: The Jacobian of the equations is singular, as at a fold or at undamped resonance.
+    #: The Jacobian of the equations is singular, as at a fold or at undamped resonance, or too
+    #: ill-conditioned for double precision.
     SINGULAR = "singular"
     #: The equations have no finite value at the guess.
     NOT_FINITE = "not-finite"
@@ -172,7 +173,10 @@ class Status(StrEnum):
 
     @property
     def success(self) -> bool:
-        """True for a complete result."""
+        """True for a complete result.
+
+        The `success` of a curve is its own: also True for RETURNED and CODIMENSION_TWO.
+        """
         return self in _COMPLETE
 
 
@@ -202,11 +206,12 @@ class Outcome(StrEnum):
 
     #: One guard crosses zero, alone and with a slope that is certainly not zero.
     REGULAR = "regular"
-    #: x_r touches delta within the error bound (line L9): no crossing, or a pair of them.
+    #: x_r touches a stop within the error bound (line L9): no crossing, or a pair of them.
     GRAZE = "graze"
     #: Two guards vanish within the error bound of each other, on L5 to L8 or in O1, O2.
     CORNER = "corner"
-    #: The force on a sticking capsule touches the friction bound (lines L1 to L4).
+    #: The force on a capsule at rest touches a friction bound, or the velocity of a drifting one
+    #: touches 0 (lines L1 to L4), within the error bound.
     SLIDING_TANGENCY = "sliding-tangency"
     #: No guard fires at any later time (proved).
     NEVER = "never"
