@@ -1,4 +1,4 @@
-"""Arguments of functions besides parameters: plans, series, paths."""
+"""Arguments of functions: plans, sweeps, series, paths, and base classes of parameters."""
 
 from capsule_sym import _attach
 

@@ -1,4 +1,4 @@
-"""Arguments of functions besides parameters: plans, series, paths."""
+"""Arguments of functions: plans, sweeps, series, paths, and base classes of parameters."""
 
 from capsule_sym._check.switch_file import read_switches as read_switches
 from capsule_sym._design.measured import read_measured as read_measured
