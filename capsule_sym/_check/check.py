@@ -162,7 +162,11 @@ def _named(scene: Scene, event: object, row: int) -> str:
 
 
 def _check_times(times: NDArray[np.float64], phase: float, resolution: float) -> None:
-    """Raises InvalidInput for times that are not finite, do not ascend, or are too many."""
+    """Raises InvalidInput for times or a resolution that are not allowed.
+
+    Times are finite, ascending from the phase on, and at most 10,000; a resolution is finite and
+    not below 0.
+    """
     if times.ndim != 1 or len(times) > _MOST:
         raise InvalidInput("times", times.shape, f"a column of at most {_MOST} times")
     for row, (before, time) in enumerate(pairwise([phase, *times.tolist()]), 1):

@@ -92,7 +92,10 @@ def _lines(entries: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[tup
 
 
 def _table(name: str, rows: Sequence[Mapping[str, Any]], first: Sequence[str]) -> None:
-    """Print rows as a table, with these columns first; those without an entry are left out."""
+    """Print rows as a table, of many rows every k-th and the last.
+
+    The columns `first` come before those of `_COLUMNS`; columns without an entry are left out.
+    """
     simple = [key for key, one in rows[0].items() if not isinstance(one, Mapping | list)]
     digits = 12 if name in ("bifurcations", "codimension_two") else 6
     some = [*rows[: -1 : max(1, -(-len(rows) // _ROWS))], rows[-1]]
