@@ -22,9 +22,9 @@ class TimeUp(Exception):
 class Watch:
     """Time limit for calls of the core, and a stop flag that any thread or signal handler may set.
 
-    The core checks it every few milliseconds, also in threads that Ctrl-C does not reach. Stopped
-    work can be resumed from its results. One watch may serve many calls and threads. `seconds` are
-    seconds of wall time, from now on.
+    The core checks both every few milliseconds, also in threads that Ctrl-C does not reach; it does
+    not see `interrupted`. Stopped work can be resumed from its results. One watch may serve many
+    calls and threads. `seconds` are seconds of wall time, from now on.
 
     In `with Watch(seconds):` all work that calls `check_time` is limited to that time, and to the
     time of enclosing blocks. If its own limit ends the work, the block is left and execution
