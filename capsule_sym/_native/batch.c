@@ -135,8 +135,9 @@ static void run_scalar(batch_progress *w)
     w->stopped |= stop == CAPSULE_STOPPED || capsule_asked(w->batch->watch, TABLES / 4);
 }
 
-/* Advances a run from a state with the scalar code, segment by segment until lanes can continue it. If its
-   next segment is for lanes, it is only queued, unless the scalar code must `help` with it. */
+/* Advances a run from a state with the scalar code, segment by segment until lanes can continue it, or to its
+   end if the capsule may rest for long. If its next segment is for lanes, it is only queued, unless the
+   scalar code must `help` with it. */
 static void start_run(batch_progress *w, int slot, capsule_state state, int help)
 {
     capsule_workspace *workspace = w->workspace;
