@@ -102,7 +102,7 @@ typedef struct {
     capsule_segment *segments;
     capsule_event *events; /* not written if segments are */
     size_t room;   /* of segments or events; the run pauses when it is used up */
-    int position;  /* 1 to integrate x_c */
+    int position;  /* 1 to integrate x_c, as segments always do */
     capsule_watch *watch; /* or null */
     int precision; /* a capsule_precision */
 } capsule_request;
@@ -226,7 +226,7 @@ size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segm
 
 /* Requested results of an orbit besides its state, monodromy matrix and progression. */
 typedef struct {
-    capsule_segment *segments; /* receives the segments of one period, from angle 0 on */
+    capsule_segment *segments; /* receives the segments of one period of the motion, from angle 0 on */
     size_t room;               /* largest number of segments */
     int energies, forces, gradients; /* 1 if requested */
     capsule_watch *watch;            /* or null */
@@ -261,8 +261,9 @@ typedef struct {
 #define CAPSULE_COLUMNS(count) (CAPSULE_UNKNOWNS(count) + CAPSULE_PARAMETER_COUNT)
 
 /* Equations of an itinerary at some unknowns, in arrays of the caller: each segment's guard at its end,
-   divided by the duration once for each zero of the guard at the start; the state at the end less that at
-   the start; and the durations less the excitation periods, as angles. */
+   divided by the duration once for each zero of the guard at the start (the forcing angle at the start of a
+   segment that never ends); the state at the end less that at the start, or less its mirror image if
+   mirrored; and the durations less the excitation periods, as angles. */
 typedef struct {
     capsule_segment_flow *flows; /* of the segments */
     double *states_by;    /* of each start, and of the end: 3 rows of columns each; or null */

@@ -26,7 +26,7 @@ static inline double *taken(double **block, size_t count)
     return begin;
 }
 
-/* True if the itinerary has periods, and each of its fields follows by exactly one guard. */
+/* True if an itinerary is as capsule.h describes it, with as many edges of pulses as its periods have. */
 int capsule_itinerary_allowed(const capsule_itinerary *itinerary);
 
 /* True if a system has its mandatory arrays. */
