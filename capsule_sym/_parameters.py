@@ -163,8 +163,8 @@ def scene(source: str) -> Scene:
 def load(source: str) -> Scene:
     """Scene of a shipped name, or of a folder that `capsule_sym.codegen` wrote, whose code runs.
 
-    Raises InvalidInput if there is neither, and for a folder that is not as it was written. One
-    that was loaded before is not read again.
+    `source` is a text, not a Path. Raises InvalidInput if there is neither, and for a folder that
+    is not as it was written. One that was loaded before is not read again.
     """
     with suppress(InvalidInput):
         return scene(source)
