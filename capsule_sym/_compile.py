@@ -120,7 +120,8 @@ def kept(name: str, kernels: str) -> str:
             opened(path)
             return path
         except OSError:
-            os.unlink(path)
+            with suppress(FileNotFoundError):  # another process removed it
+                os.unlink(path)
     if not compiler():
         return ""
     print(f"compiling the C core of scene {name}, once: about 15 s", file=sys.stderr)

@@ -160,12 +160,13 @@ def scene(source: str) -> Scene:
     return found
 
 
-def load(source: str) -> Scene:
+def load(source: str | os.PathLike[str]) -> Scene:
     """Scene of a shipped name, or of a folder that `capsule_sym.codegen` wrote, whose code runs.
 
-    `source` is a text, not a Path. Raises InvalidInput if there is neither, and for a folder that
-    is not as it was written. One that was loaded before is not read again.
+    Raises InvalidInput if there is neither, and for a folder that is not as it was written. One
+    that was loaded before is not read again.
     """
+    source = os.fspath(source) if isinstance(source, os.PathLike) else source
     with suppress(InvalidInput):
         return scene(source)
     if not isinstance(source, str) or "\0" in source or not os.path.isdir(source):

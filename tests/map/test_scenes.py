@@ -174,6 +174,7 @@ def test_a_copied_scene_is_told_from_the_one_that_ships(tmp_path: Path) -> None:
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(Path(scenes.slope.facts.__file__).parent, copied, ignore=ignored)
     own = scenes.load(str(copied))
+    assert scenes.load(copied) is own
     with pytest.raises(InvalidInput, match=r"must be of one scene, here slope$"):
         simulate_many([own.Parameters()], scene="slope")
     folder = re.escape(str(copied))
