@@ -1,4 +1,4 @@
-"""Names that a declaration must not use, because generated code uses them."""
+"""Names that a declaration must not use: of languages, generated code, commands and results."""
 
 from __future__ import annotations
 
@@ -67,7 +67,10 @@ _OF_RESULTS = _words("""
 
 
 def problem(name: str, kind: str) -> str:
-    """Reason why a "parameter", "quantity" or another kind must not have this name, or ""."""
+    """Reason why a "parameter", a "quantity" or a "mode" must not have this name, or "".
+
+    The letter of a unit is checked as a "quantity", the name of a region as a "mode".
+    """
     if not re.fullmatch(r"[A-Za-z]\w*", str(name), re.ASCII) or name in _KEYWORDS:
         return f"{name!r} is no name in C, Python, TypeScript and MATLAB"
     if (kind == "parameter" and (name in _NAMES | _OF_RESULTS or _NUMBERED.fullmatch(name))) or (
