@@ -1,7 +1,7 @@
-"""The symbols of the theory, each with the assumptions the model makes about it.
+"""Symbols of parameters, state, drive and time, with the assumptions that the model makes.
 
-Everything is dimensionless (Section 2 of the paper). A module that needs a symbol takes it
-from here, so that two expressions about the same quantity always combine.
+Everything is dimensionless (Section 2 of the paper). Other modules import these symbols, so that
+two expressions about the same quantity combine.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ alpha = MODEL.symbol("alpha")  # amplitude of the drive, and its frequency
 omega = MODEL.symbol("omega")
 gamma = MODEL.symbol("gamma")  # mass ratio
 
-# x_r at the stop in front, and where the spring of a field acts; with one stop the same for all.
+# x_r at the stop in front, and where the spring of a field begins to act: with one stop the same.
 front = MODEL.stops[0]
 stop = front if len(MODEL.stops) == 1 else MODEL.stop
 
 
 def __getattr__(name: str) -> sp.Symbol:
-    """Parameter of the model by its name."""
+    """Symbol of a parameter by its name; raises AttributeError if there is none."""
     try:
         return MODEL.symbol(name)
     except KeyError:
@@ -41,7 +41,7 @@ STATE = MODEL.state
 x_r, v_r, v_c = STATE
 x_c = sp.Symbol("x_c", real=True)
 
-# Force of the excitation as a symbol of its own, bounded by alpha.
+# Force of the drive as a symbol of its own; that of a cosine is bounded by alpha.
 force = declaration.force  # alpha cos(omega tau), or the level of pulses
 force_rate = sp.Symbol("u1", real=True)  # its time derivative
 
