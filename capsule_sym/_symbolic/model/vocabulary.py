@@ -53,7 +53,7 @@ BODIES: Part = {
 
 
 def harmonic(acts: str = "that drives the inner mass") -> Part:
-    """A cosine drive; `acts` describes the body that the force acts on."""
+    """A cosine drive; its texts have `acts` after the word "force": "between both bodies"."""
     return {
         "P_d": dict(
             measure="N", between=(0, 1e9), label="amplitude of the excitation",
@@ -106,7 +106,7 @@ FRICTION: Part = {
 
 
 def pulses(acts: str = "that drives the inner mass") -> Part:
-    """A drive of two levels; `acts` describes the body that the force acts on."""
+    """A drive of two levels; its texts have `acts` after the word "force"."""
     return {
         "P_d": dict(
             measure="N", between=(0, 1e9), label="force of the pulse",
