@@ -32,7 +32,7 @@ UNITS = {"friction_force": "N", "natural_frequency": "rad/s", "length_scale": "m
 
 
 class Declared:
-    """A declaration with the line of each word; `check` raises if it is inconsistent."""
+    """A declaration with the line of each word; `check` raises BadDeclaration if inconsistent."""
 
     def __init__(self) -> None:
         self.parameters: list[Parameter] = []
@@ -51,7 +51,7 @@ class Declared:
         self._file = ""
 
     def refusal(self, word: str | int, said: str) -> BadDeclaration:
-        """Error about a word or a line of the declaration."""
+        """Error, to be raised, about a word or a line; line 1 for a word that is not declared."""
         line = word if isinstance(word, int) else self._lines.get(word, 1)
         return BadDeclaration(f"{self._file}:{line}: {said}")
 
@@ -61,7 +61,7 @@ class Declared:
 
     @property
     def bounds(self) -> Mapping[int, sp.Expr]:
-        """Friction bound by direction of drift; at rest the force lies between them."""
+        """Friction bound by direction of drift: at rest -bounds[-1] < force < bounds[1]."""
         return {mode.way: -mode.way * mode.friction for mode in self.modes if mode.way}
 
     @property
@@ -99,7 +99,11 @@ class Declared:
 
     @property
     def driven(self) -> dict[str, tuple[str, str]]:
-        """For quantities that determine a single parameter: that parameter, and their units."""
+        """For quantities proportional to one parameter: that parameter, and the quantity's unit.
+
+        Such a quantity is in no unit of results and in no other parameter. The order is that of the
+        parameters.
+        """
         known, found = self.relations() if self.quantities else {}, {}
         held = {one for unit in self.units for one in known[unit.letter].free_symbols}
         for one in self.quantities:
@@ -112,9 +116,10 @@ class Declared:
         return dict(sorted(found.items(), key=lambda one: order.index(one[1][0])))
 
     def relations(self) -> dict[str, sp.Expr]:
-        """Quantities, units and all parameters of the device, in terms of the quantities.
+        """Quantities, units (by letter) and parameters by name, in terms of the quantities.
 
-        Raises BadDeclaration for a relation that is not arithmetic or not of the declared unit.
+        Raises BadDeclaration for a relation that is not arithmetic or not of the declared unit;
+        parameters have none.
         """
         known = {one.name: sp.Symbol(one.name, positive=True) for one in self.quantities}
         numbers = {known[one.name]: k for k, one in enumerate(self.quantities, start=2)}
@@ -150,14 +155,14 @@ class Declared:
             self._check_device()
 
     def _check_room(self) -> None:
-        """Two stops do not overlap at the default values."""
+        """Check that there is room between two stops at the default values."""
         defaults = {one.symbol: one.default for one in self.parameters}
         if len(self.stops) == 2 and (self.stops[0] - self.stops[1]).subs(defaults) <= 0:
             said = f"by the defaults no room is between {self.stops[1]} and {self.stops[0]}"
             raise self.refusal("state", said)
 
     def _check_device(self) -> None:
-        """A device has all units, each parameter has a relation to it, each quantity is used."""
+        """Check that a device has all units, each parameter a relation, each quantity a use."""
         own = {*self.state_labels, *(one.name for one in self.parameters)}
         names = {f"quantity {one.name}": one.name for one in self.quantities}
         for word, name in (names | {f"unit {one.name}": one.letter for one in self.units}).items():
@@ -176,7 +181,7 @@ class Declared:
                 raise self.refusal(f"quantity {one.name}", f"{one.name} is in no relation")
 
     def _check_drive(self, line: int) -> None:
-        """A drive consists of parameters with the names and ranges of their roles."""
+        """Check that a drive consists of parameters with the names and ranges of their roles."""
         assert self.drive
         ranges = {one.symbol: (one.low, one.high) for one in self.parameters}
         drive = self.drive
@@ -251,7 +256,7 @@ class Declared:
         return all(sum(power[: len(self.state)]) <= 1 for power in powers)
 
     def _check_stops(self) -> None:
-        """No spring acts between the stops, and a spring of its own beyond each."""
+        """Check that no spring acts between the stops, and one of its own beyond each."""
         first, *others = self.regions
         if len(others) not in (1, 2):
             said = "two regions beside one stop, x_r < delta first; three beside two stops"
@@ -274,7 +279,7 @@ class Declared:
                 raise self.refusal(one.line, said)
 
     def _check_spring(self, region: SpringRange) -> None:
-        """The stiffness beyond a stop is a parameter times a positive factor."""
+        """Check that the stiffness beyond a stop is a parameter times a positive factor."""
         stiffness = region.stiffness
         held_by = stiffness.free_symbols - {one.symbol for one in self.parameters}
         if held_by or not (self._affine(stiffness) and stiffness.is_nonnegative):
@@ -292,7 +297,7 @@ class Declared:
         return next(p for p in factors if sp.cancel(region.stiffness / p).is_positive)
 
     def _check_ways(self) -> None:
-        """Beyond each guard that vanishes another mode begins."""
+        """Check that where a mode of friction ends another one begins."""
         if [mode.way for mode in self.modes] != [1, 0, -1]:
             raise self.refusal("rest", "drift forward, rest and drift backward, in this order")
         ahead, rest, back = self.modes

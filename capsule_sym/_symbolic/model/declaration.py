@@ -64,9 +64,11 @@ _LONGEST = 60  # characters of a label, which stands in one line of code
 
 
 class Model(Declared):
-    """A declared model; each method notes its line, and `check` raises if it is inconsistent.
+    """A declared model; each method notes its line.
 
-    `device` and `system` take their facts from parts of `vocabulary`; later parts override earlier.
+    Methods raise BadDeclaration for a line that is wrong in itself, and `check` for a declaration
+    that is inconsistent. `device` and `system` take their facts from parts of `vocabulary`; later
+    parts override earlier.
     """
 
     def __init__(self, *parts: Part) -> None:
@@ -77,7 +79,10 @@ class Model(Declared):
                 self._facts.setdefault(name, {}).update(facts)
 
     def device(self, **values: float) -> None:
-        """Quantities of the parts with their values, and the units of these parts."""
+        """Quantities of the parts with these values, and the units of force, rate and length.
+
+        The value is the default of an optional quantity, and an example of any other.
+        """
         for name, value in values.items():
             unit, facts = self._known(name, "measure")
             facts["default" if facts.pop("optional", False) else "example"] = value
@@ -87,9 +92,9 @@ class Model(Declared):
             self.unit(name, relation=relation, **facts)
 
     def system(self, **defaults: float) -> tuple[sp.Symbol, ...]:
-        """Parameters of the parts with their defaults, in this order.
+        """Parameters of the parts with these defaults, in this order; gives their symbols.
 
-        Without a device, relations to it are documentation only.
+        Without a device before them, relations to it are documentation only.
         """
         found = []
         for name, default in defaults.items():
@@ -100,7 +105,7 @@ class Model(Declared):
         return tuple(found)
 
     def _known(self, name: str, fact: str) -> tuple[Any, dict[str, Any]]:
-        """A fact of a name and its other facts; raises BadDeclaration if no part has it."""
+        """One fact of a name, and its others; raises BadDeclaration if no part has that one."""
         others = dict(self._facts.get(name, {}))
         if fact not in others:
             kind = {"measure": "quantity", "relation": "unit", "si": "parameter"}[fact]
@@ -119,7 +124,8 @@ class Model(Declared):
     ) -> None:
         """A quantity of the device in SI units, with an example for the explorer, or a default.
 
-        Its facts are label, about and slider, and a letter if that is not the name.
+        Quantities with a default come last. Other facts are label, about and slider, and a letter
+        if that is not the name.
         """
         line = self._note(f"quantity {name}")
         value, facts = example if default is None else default, {"letter": name} | facts
@@ -138,7 +144,7 @@ class Model(Declared):
         self.quantities.append(Quantity(*between, **facts))
 
     def unit(self, name: str, letter: str, relation: str, about: str) -> None:
-        """The device's unit of force, rate or length, by its relation to the quantities."""
+        """Unit of force, rate or length, by its relation to quantities and earlier units."""
         line = self._note(f"unit {name}")
         if name not in UNITS or name in [one.name for one in self.units]:
             raise self.refusal(line, f"one unit of each of {', '.join(UNITS)}, not {name}")
@@ -160,8 +166,9 @@ class Model(Declared):
     ) -> sp.Symbol:
         """A parameter, positive if its range is, of either sign if its range begins below 0.
 
-        `si` is its relation to the device. Other facts are label, about and slider; letter and tex
-        if they are not the name; and definition, the text of the relation in documentation.
+        `si` is its relation to the device and earlier parameters. Other facts are label, about and
+        slider; letter and tex if they are not the name; and definition, the text of the relation in
+        documentation, without which `si` is needed. Gives the parameter's symbol.
         """
         line = self._note(f"parameter {name}")
         if between is None:
@@ -182,7 +189,7 @@ class Model(Declared):
         return symbol
 
     def states(self) -> tuple[sp.Symbol, ...]:
-        """The state: relative displacement and velocity of the mass, and the capsule's velocity."""
+        """Symbols of the state: relative displacement and velocity of the mass, and v_c."""
         self._note("state")
         if missing := [n for n in _RESERVED if n not in [one.name for one in self.parameters]]:
             raise self.refusal(
@@ -195,7 +202,7 @@ class Model(Declared):
         return self.state
 
     def harmonic(self, amplitude: sp.Symbol, frequency: sp.Symbol) -> sp.Expr:
-        """Cosine drive of an amplitude and a frequency, largest at the begin of a period."""
+        """Cosine drive of the parameters alpha and omega, largest at the start of a period."""
         self._take(self._note("drive"), Drive(amplitude, frequency))
         return amplitude * sp.cos(frequency * tau)
 
@@ -204,7 +211,8 @@ class Model(Declared):
     ) -> sp.Expr:
         """A drive of two levels: the high one for a share of each period, then the low one.
 
-        The share is a parameter whose range lies within (0, 1).
+        The high level is the parameter alpha, the frequency omega; the share is a parameter whose
+        range lies within (0, 1). Gives a symbol of the force.
         """
         self._take(self._note("drive"), Drive(high, frequency, low, share))
         return force
@@ -228,7 +236,7 @@ class Model(Declared):
     def interaction(self, force: sp.Expr) -> sp.Expr:
         """Force of the mass on the capsule; `stiffness` and `stop` stand for the spring of a stop.
 
-        With one stop, its place may be written instead of `stop`.
+        With one stop, its place may be written instead of `stop`; the returned force has it.
         """
         self._note("interaction")
         self._check_stops()
@@ -267,7 +275,7 @@ class Model(Declared):
         self.capsule_force, self.inertia, self.weight = map(self._expression, given)
 
     def _note(self, word: str) -> int:
-        """Line of a word, after a check that the word it needs came before."""
+        """Line of a word, which is noted; raises BadDeclaration if it is out of order."""
         frame = sys._getframe(2)
         while frame.f_back and frame.f_globals is globals():
             frame = frame.f_back
@@ -283,7 +291,7 @@ class Model(Declared):
         return self._line
 
     def _check_name(self, name: str, line: int, kind: str) -> None:
-        """Raise BadDeclaration unless the name is new and valid in C, Python and MATLAB."""
+        """Raise BadDeclaration for a name that `problem` refuses, or of two regions or modes."""
         if said := problem(name, kind):
             raise self.refusal(line, said)
         taken = [one.name for one in self.regions] + [one.name for one in self.modes]
@@ -298,7 +306,7 @@ class Model(Declared):
         between: tuple[float, float],
         facts: dict[str, Any],
     ) -> None:
-        """Raise BadDeclaration unless numbers are finite, values in range and texts not empty."""
+        """Raise BadDeclaration for a value out of range, or a malformed range, slider or text."""
         slider: Any = facts.get("slider")
         for kind, given, count in (("range", between, 2), ("slider", slider, 3)):
             if not isinstance(given, list | tuple) or len(given) != count:
@@ -316,7 +324,7 @@ class Model(Declared):
             raise self.refusal(line, f"{name} = {value:.12g} is not in [{low:.12g}, {high:.12g}]")
 
     def _check_texts(self, line: int, **texts: Any) -> None:
-        """Raise BadDeclaration for what is no text, or cannot be shown."""
+        """Raise BadDeclaration for an empty text, and for what is no text of one line."""
         for kind, text in texts.items():
             if not (isinstance(text, str) and text and text.isprintable()):
                 raise self.refusal(line, f"the {kind} {text!r} is no text of one line")
@@ -334,7 +342,7 @@ class Model(Declared):
         return sp.nsimplify(found, rational=True) if found.has(sp.Float) else found
 
     def _inequality(self, value: object) -> sp.Basic:
-        """Value of this line as a strict inequality, affine in the state and the drive."""
+        """Value of this line, if it is a strict inequality that is affine in the state."""
         if not isinstance(value, sp.StrictGreaterThan | sp.StrictLessThan):
             raise self.refusal(self._line, f"{value} is no strict inequality")
         self._expression(excess(value))
@@ -348,7 +356,7 @@ class Model(Declared):
 
 
 def load(path: Path) -> Model:
-    """Model declared by a file; raises BadDeclaration."""
+    """Model declared by a file, which is run and checked; raises BadDeclaration."""
     try:
         if not path.stem.isprintable():
             raise BadDeclaration(f"{str(path)!r}:1: its name has characters that cannot be shown")
@@ -381,7 +389,7 @@ _choice = [home(SHIPPED[0])]
 
 
 def choose(path: Path) -> None:
-    """Set the declaration of this process, before any derivation is imported."""
+    """Set the declaration of this process, before `chosen` is called or a derivation imported."""
     _choice[:] = [path]
 
 
@@ -392,5 +400,5 @@ def path() -> Path:
 
 @cache
 def chosen() -> Model:
-    """Model of this process; raises BadDeclaration."""
+    """Model of this process, loaded at the first call; raises BadDeclaration."""
     return load(_choice[0])

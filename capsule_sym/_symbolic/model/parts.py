@@ -1,4 +1,4 @@
-"""Parts of a declaration: parameters, quantities and units of a device, regions and modes."""
+"""Parts of a declaration: parameters, a device, drive, regions and modes; texts of relations."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ Slider = tuple[float, float, float]
 
 
 class BadDeclaration(Exception):
-    """Raised for a declaration from which no model can be derived; begins with file and line."""
+    """Raised for a declaration from which no model can be derived; its text begins FILE:LINE."""
 
 
 @dataclass(frozen=True)
 class Fact:
-    """Texts of a parameter or a quantity, and its slider in the explorer."""
+    """Range and texts of a parameter or a quantity, and its slider in the explorer."""
 
     low: float
     high: float
@@ -31,7 +31,7 @@ class Fact:
 
     @property
     def positive(self) -> bool:
-        """True if 0 is not allowed."""
+        """True if all allowed values are above 0."""
         return self.low > 0
 
     @property
@@ -60,7 +60,10 @@ class Parameter(Fact):
 
 @dataclass(frozen=True)
 class Quantity(Fact):
-    """A quantity of a device in SI units; one with a default may be omitted."""
+    """A quantity of a device in SI units.
+
+    An optional one may be omitted: its `value` is the default. Else `value` is an example.
+    """
 
     name: str
     unit: str
@@ -70,7 +73,7 @@ class Quantity(Fact):
 
 @dataclass(frozen=True)
 class DeclaredUnit:
-    """A unit of results, by its relation to the quantities of a device."""
+    """A unit of results, by its relation to the quantities and earlier units of a device."""
 
     name: str
     """Name in `PhysicalParameters`, such as friction_force."""
@@ -91,7 +94,10 @@ class SpringRange:
 
 @dataclass(frozen=True)
 class Mode:
-    """Drift in a direction (1, -1) against friction, or rest (0), held by friction."""
+    """Drift in a direction (1, -1) against friction, or rest (0), held by friction.
+
+    `friction` is its force on the capsule in drift, with its sign; 0 stands there for rest.
+    """
 
     name: str
     way: int
@@ -104,7 +110,7 @@ class Mode:
 class Drive:
     """Force that drives the mass: an amplitude times a cosine, or pulses between two levels.
 
-    Pulses are `amplitude` for a `share` of each period, from its begin on, and `low` for the rest.
+    Pulses are `amplitude` for a `share` of each period, from its start on, and `low` for the rest.
     """
 
     amplitude: sp.Symbol
@@ -129,7 +135,7 @@ _NAME = re.compile(r"\b[A-Za-z_]\w*")
 
 
 def read(relation: str, known: Mapping[str, sp.Expr]) -> sp.Expr:
-    """Relation in known names; raises ValueError if it is not one."""
+    """Relation as an expression, by those of its names; raises ValueError if it is not one."""
     if unknown := [one for one in _NAME.findall(relation) if one not in {*known, "sqrt"}]:
         raise ValueError(f"unknown symbol {unknown[0]}")
     if not re.fullmatch(r"[\w.\s()+*/-]+", relation) or "**" in relation or "//" in relation:
@@ -151,7 +157,7 @@ def substituted(relation: str, texts: Mapping[str, str]) -> str:
 
 
 def shown(relation: str) -> str:
-    """Relation as readers see it."""
+    """Relation as readers see it, with spaces for products."""
     return relation.replace(" * ", " ")
 
 
