@@ -1,8 +1,8 @@
 """The linear segments of the declared model, Eqs. (7)-(12) of the capsule, built from its physics.
 
-A segment is a choice of two things: the stop that the mass is in contact with, and the mode of
-friction (forward drift, backward drift, or rest). Newton's equations of the two bodies then give
-the field.
+A segment is a choice of the stop that the mass is in contact with, if any, of the mode of friction
+(forward drift, backward drift, or rest) and, with pulses, of their level. Newton's equations of the
+two bodies then give the field.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ WEIGHT = MODEL.weight
 high = sp.Symbol("high", nonnegative=True)  # 1 while pulses are at their high level, else 0
 LEVELS: tuple[sp.Expr, ...] = (PULSES.amplitude, PULSES.low) if PULSES else (sp.S.Zero,)
 """Levels of pulses, the high one first; 0 if no part of the drive is constant in a field."""
-ANY = -1  # level
+ANY = -1  # level of a segment in which pulses are the symbol `force`
 LEVEL = LEVELS[0] * high + LEVELS[1] * (1 - high) if PULSED else sp.S.Zero
 """Level of pulses in a segment: each is multiplied by 0 or 1, which is exact."""
 STEADY = LOAD + LEVEL
@@ -62,7 +62,7 @@ STEADY = LOAD + LEVEL
 def friction_of(way: sp.Expr) -> sp.Expr:
     """Friction in drift in a direction: Q where that drift begins, and 0 at rest (direction 0).
 
-    If the bounds differ, each is multiplied by 0 or 1, which is exact.
+    If the bounds differ, each is multiplied by 0, 1 or -1, which is exact.
     """
     if FORWARD == BACKWARD:
         return way * FORWARD
@@ -70,7 +70,7 @@ def friction_of(way: sp.Expr) -> sp.Expr:
 
 
 def bound_of(way: sp.Expr) -> sp.Expr:
-    """Friction bound of drift in a direction (1, -1), likewise."""
+    """Friction bound of drift in a direction (1, -1), above 0."""
     if FORWARD == BACKWARD:
         return FORWARD
     return FORWARD * (1 + way) / 2 + BACKWARD * (1 - way) / 2
@@ -96,7 +96,7 @@ class Linear:
 
     @property
     def stop(self) -> sp.Expr:
-        """x_r where the segment's spring begins to act; without contact at the front stop."""
+        """x_r where the segment's spring begins to act; without contact that of the front stop."""
         return MODEL.stops[max(self.contact - 1, 0)]
 
     @property
@@ -111,7 +111,7 @@ class Linear:
 
     @property
     def mode(self) -> str:
-        """Mode of operation in the paper's notation, such as `NC-FD`."""
+        """Mode of operation in the paper's notation: `NC-FD`, with pulses `NC-FD-H` or `-L`."""
         levels = {0: "-H", 1: "-L"} if PULSED else {}
         return f"{self.region.name}-{self.way.name}{levels.get(self.level, '')}"
 
@@ -127,7 +127,7 @@ class Linear:
 
     @property
     def interaction(self) -> sp.Expr:
-        """Force of the inner mass on the capsule: P3 without contact, P4 in front of it."""
+        """Force of the inner mass on the capsule: P3 without contact, P4 in contact in front."""
         return self.here(P)
 
     @property
@@ -137,12 +137,18 @@ class Linear:
 
     @property
     def friction(self) -> sp.Expr:
-        """Force of the ground on the capsule: the Coulomb bound in drift, the reaction in stick."""
+        """Friction on the capsule, with its sign: the bound in drift, minus the pull in stick.
+
+        On a slope it contains the capsule's weight, as the bounds do.
+        """
         return -self.pull if self.stick else self.way.friction
 
     @cached_property
     def guards(self) -> tuple[sp.Expr, ...]:
-        """The functions that are positive in the field's cell and vanish on its boundary."""
+        """Functions that are positive in the field's cell, each 0 on a part of its boundary.
+
+        Those of contact come first. The cell of a field of rest also needs v_c = 0.
+        """
         return tuple(self.here(excess(one)) for one in (*self.region.where, *self.way.where))
 
     @cached_property
@@ -164,5 +170,5 @@ ANY_LEVEL = tuple(Linear(index, *kind, ANY) for index, kind in enumerate(_KINDS,
 
 
 def segment(index: int) -> Linear:
-    """The segment of field `F{index}`, from 1 on."""
+    """Segment number `index` of `ANY_LEVEL`, from 1 on."""
     return ANY_LEVEL[index - 1]
