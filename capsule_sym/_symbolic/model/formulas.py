@@ -90,7 +90,7 @@ class Formula:
 
     @property
     def size(self) -> Formula:
-        """Formula of the summed magnitudes of all terms."""
+        """Formula of the summed magnitudes of each result's terms, by magnitudes of arguments."""
         ones = {cos_theta: sp.S.One, sin_theta: sp.S.One}
         signed = {friction: sp.Abs(friction), push: sp.Abs(push)}
         if STEADY != 0:  # the terms of push may cancel
@@ -108,7 +108,7 @@ class Formula:
 
 
 def _forced() -> dict[str, sp.Expr]:
-    """Re(e^(i theta)/Q(i omega)) and its rate, for a drive cos(theta) of amplitude alpha."""
+    """Forced response SHARE alpha Re(e^(i theta)/Q(i omega)), and its rate."""
     real, imaginary = sp.expand(Q.subs(s, sp.I * omega)).as_real_imag()
     norm = real**2 + imaginary**2
     x = SHARE * alpha * (real * cos_theta + imaginary * sin_theta) / norm
@@ -119,7 +119,8 @@ def _forced() -> dict[str, sp.Expr]:
 def _next(operator: sp.Expr, driven: sp.Expr) -> sp.Expr:
     """Coefficient n + 2 of a power series in h/reach that solves operator(d/dh) y = driven.
 
-    Coefficient n of `driven` has the unit h^n; `last` and `before` are coefficients n + 1 and n.
+    `driven` is coefficient n of the right-hand side in h/reach; `last` and `before` are those of y,
+    n + 1 and n.
     """
     known = {0: before, 1: last}
     total = -driven * reach**2
@@ -183,7 +184,7 @@ def _motion() -> dict[str, Results]:
 
 
 def _points() -> dict[str, Results]:
-    """Positions and velocities at rest, and where P has a given value or an extremum; powers."""
+    """Rest positions, points where P has a given value or an extremum, powers, constant forces."""
     return {
         "centre": (push - m * SPRING).subs(x_r, 0) / K,  # K is m times SPRING's slope
         "position_at": sp.together(sp.solve(P - level, x_r)[0]),
@@ -198,7 +199,7 @@ def _points() -> dict[str, Results]:
 
 
 def _gradients() -> dict[str, Results]:
-    """Gradients of the terms of guards and forces."""
+    """Gradients of the terms of guards, forces and powers."""
     limit = PULL.subs(DRIVE, LEVEL if PULSED else alpha * sp.cos(theta)) - friction_of(way)
     functions = {
         "gap": x_r - stop,
@@ -231,7 +232,7 @@ GRADIENT = (*STATE, theta, *PARAMETERS)
 
 
 def _gradient(function: sp.Expr) -> dict[str, sp.Expr]:
-    """Gradient of a function of state and parameters, as an array."""
+    """Derivatives of a function of state, phase and parameters by `GRADIENT`, named `by_...`."""
     made = {kappa: STIFF} | ({stop: PLACE} if stop is not front else {})
     parts = {one: sp.Function(f"{one}_of")(*PARAMETERS) for one in made}
     whole = function.subs({one: contact * part for one, part in parts.items()})
@@ -246,14 +247,14 @@ def _gradient(function: sp.Expr) -> dict[str, sp.Expr]:
 
 
 def _rate_of(wave: sp.Expr) -> sp.Expr:
-    """Rate of a function proportional to the drive."""
+    """Rate of a function proportional to cos_theta."""
     return omega * wave.subs(cos_theta, -sin_theta)
 
 
 def impact_planes() -> dict[tuple[int, int, int], int]:
     """Number of the plane of impact by the stop and the signs of v_c and v_r, Eq. (24).
 
-    They come after those at rest, in the order of the surfaces.
+    They come after those at rest, which have the numbers of fields, in the order of the surfaces.
     """
     found = {signs: len(SEGMENTS) + n for n, signs in enumerate(geometry.IMPACTS, start=1)}
     return dict(sorted(found.items(), key=lambda one: (-one[0][1], one[0][0], -one[0][2])))
