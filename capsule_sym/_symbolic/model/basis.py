@@ -12,10 +12,11 @@ and, for derivatives with respect to sigma, K and omega, their sensitivities
 
     G2 = 1/Q^2     H2 = 1/(s Q^2)     B2 = 1/(Q^2 W)     BW = 1/(Q W^2)
 
-A trailing `d` is a derivative in h. The family is closed under differentiation (`derivative`) and
-under addition of durations (`add`). Closed forms exist for each case of damping and for forcing
-away from resonance; at the confluences (critical damping, resonance, short durations) the entire
-power series with the addition theorem takes their place. Each is proved in `basis_proofs`.
+A trailing `d` is a derivative in h. The family is closed under differentiation in h
+(`derivative`) and under addition of durations (`add`). Closed forms exist for each case of damping
+and for forcing away from resonance; at the confluences (critical damping, resonance, short
+durations) the power series with the addition theorem takes their place. `basis_proofs` proves
+the closed forms and the addition theorem.
 """
 
 from __future__ import annotations
@@ -157,11 +158,10 @@ def reduce(expression: sp.Expr) -> sp.Expr:
 
 
 def add(first: Mapping[sp.Symbol, sp.Expr], second: Mapping[sp.Symbol, sp.Expr]) -> Family:
-    """Response functions of a duration h1 + h2 from those of h1 (`first`) and of h2 (`second`).
+    """G, Gd, H, B, Bd, cosine and sine of h1 + h2 from those of h1 (`first`) and h2 (`second`).
 
     The state reached after h1 moves on freely for h2, and the forcing that acts meanwhile is
-    that of a later phase. Both maps give G, Gd, H, B, Bd, Bdd, and cos and sin/omega of the
-    forcing angle under the keys `cosine` and `sine`.
+    that of a later phase. `second` also has Bdd.
     """
     f, g = first, second
     position = 1 - K * g[H]  # free response to a unit displacement
@@ -198,7 +198,7 @@ OVERDAMPED = {
 
 
 def _split(image: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
-    """The image 1/(Q W) or a multiple by s as a combination of s/W, 1/W, s/Q and 1/Q."""
+    """Coefficients, times Z2, of s/W, 1/W, s/Q and 1/Q in 1/(Q W), s/(Q W) or s^2/(Q W)."""
     unknowns = sp.symbols("a_cosine a_sine a_Gd a_G")
     names = (cosine, sine, Gd, G)
     ansatz = sum(a * IMAGES[name] for a, name in zip(unknowns, names, strict=True))
@@ -255,13 +255,13 @@ def sensitivities() -> dict[sp.Symbol, sp.Expr]:
 
 
 def double() -> dict[sp.Symbol, sp.Expr]:
-    """Response functions of 2 h in those of h, by the addition theorem."""
+    """G, Gd, H, B, Bd, cosine and sine of 2 h in those of h, and Bdd, by the addition theorem."""
     same = {name: name for name in (G, Gd, H, B, Bd, Bdd, cosine, sine)}
     return add(same, same)
 
 
 def double_sensitivities() -> dict[sp.Symbol, sp.Expr]:
-    """Sensitivities of 2 h in the response functions and sensitivities of h.
+    """Sensitivities of 2 h, sine2 among them, in the response functions and sensitivities of h.
 
     The addition theorem is differentiated with respect to K and omega, both durations at once.
     """
