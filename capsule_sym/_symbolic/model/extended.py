@@ -1,7 +1,7 @@
-"""Fields as linear ones: rates and guards in the state, the force and its quadrature.
+"""Fields as affine ones: rates and guards in the state, the force and its quadrature.
 
 The state is followed together with the force alpha cos(omega tau) and its quadrature
-alpha sin(omega tau), which makes every field linear and autonomous.
+alpha sin(omega tau), which makes every field affine and autonomous. Pulses need neither.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Pulses are constant along a field: their levels are among its constants.
 
 @cache
 def coefficients(function: sp.Expr) -> tuple[sp.Expr, ...]:
-    """Coefficients of state, force and quadrature, then the constant, in an affine function."""
+    """Coefficients of `EXTENDED`, then the constant, in an affine function."""
     plain = sp.expand(sp.expand(function).subs(alpha * sp.cos(omega * tau), force))
     constant = plain.xreplace(dict.fromkeys(EXTENDED, sp.S.Zero))
     return (*(plain.coeff(symbol) for symbol in EXTENDED), constant)

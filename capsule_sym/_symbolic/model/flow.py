@@ -1,6 +1,6 @@
 """The closed-form flow of a segment, derived by Laplace transform from the model.
 
-All segments share one form. With contact and drift direction from the model,
+All segments share one form. With contact and drift direction from the model, for the capsule
 
     m     = 1 in stick, (gamma + 1)/gamma in drift      kappa = beta in contact, else 0
     K     = m (1 + kappa)       sigma = m zeta          push  = drift f_b / gamma
@@ -8,7 +8,10 @@ All segments share one form. With contact and drift direction from the model,
 the relative motion is x_r'' + 2 sigma x_r' + K x_r = m kappa stop + push + alpha cos(angle), and
 the capsule follows from its own equation (`v_c` by the interaction force, for short durations) or
 from the momentum of both bodies (for all others). `Flow` holds the result in terms of the response
-functions of `basis`; `flow_proofs` substitutes it back into the six fields of the model.
+functions of `basis`; `flow_proofs` substitutes it back into the fields of the model.
+
+Other scenes have other constants (`general_constants`). A drive that reacts has the factor m in the
+relative motion, and the level of pulses is in `push`.
 """
 
 from __future__ import annotations
@@ -49,11 +52,11 @@ from capsule_sym._symbolic.model.symbols import (
 )
 
 m = sp.Symbol("m", positive=True)  # inertia factor of the relative motion
-push = sp.Symbol("push", real=True)  # acceleration of the relative motion by friction
-friction = sp.Symbol("friction", real=True)  # drift * f_b, the friction bound with its sign
+push = sp.Symbol("push", real=True)  # relative acceleration by friction, load and level of pulses
+friction = sp.Symbol("friction", real=True)  # `friction_of(drift)`: the bound, with drift's sign
 
 cos_theta, sin_theta = sp.symbols("cos_theta sin_theta", real=True)  # forcing angle at the start
-STIFFNESS, DAMPER = sp.diff(P, x_r), sp.diff(P, v_r)  # P's parts in x_r and in v_r
+STIFFNESS, DAMPER = sp.diff(P, x_r), sp.diff(P, v_r)  # P's derivatives by x_r and v_r
 
 spring = sp.Symbol("spring", real=True)  # the interaction force at the start less the damper's
 margin = sp.Symbol("margin", real=True)  # pull on the capsule minus `friction` at the start
@@ -62,8 +65,8 @@ margin = sp.Symbol("margin", real=True)  # pull on the capsule minus `friction` 
 # Definitions that keep x_r - stop together: near the impact surface it is small and exact.
 SPRING = P.subs(v_r, 0)
 MARGIN = PULL.subs(DRIVE, LEVEL if PULSED else alpha * cos_theta) - friction
-FORCE = push - m * spring  # what the equation of motion leaves when v_r = 0 and alpha = 0
-SHARE = m if REACTS else sp.S.One  # of the drive, that accelerates the relative motion
+FORCE = push - m * spring  # relative acceleration at v_r = 0 without a cosine drive
+SHARE = m if REACTS else sp.S.One  # factor of the drive in the relative acceleration
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,7 @@ class Flow:
     """Closed forms at a duration h after the start, dimensionless, in the response functions.
 
     `position` is x_r(h) - x_r(0), `velocity` is v_r(h), `drift_short` and `drift_long` are two
-    equal forms of v_c(h) - v_c(0), and `advance` is x_c(h) - x_c(0).
+    equal forms of v_c(h) - v_c(0), and `advance` is x_c(h) - x_c(0): these three in drift alone.
     """
 
     position: sp.Expr
@@ -105,7 +108,7 @@ def derive() -> Flow:
     increment = sp.solve(motion, X)[0]
     velocity = s * increment
     growth = (STIFFNESS * increment + DAMPER * (velocity - v_r / s)) / (gamma * s)
-    outside = sp.S.Zero if REACTS else drive  # of both bodies
+    outside = sp.S.Zero if REACTS else drive  # forces on both bodies together
 
     def in_time(image: sp.Expr) -> sp.Expr:
         sources = (v_r, force, cos_theta, sin_theta, friction)
@@ -118,9 +121,9 @@ def derive() -> Flow:
 
     position, speed = in_time(increment), in_time(velocity)
     gained = in_time(growth)
-    if (
-        REACTS and not PULSED
-    ):  # what v_r loses, and v_r'(0) h, by the momentum of both bodies; s/W = 1/s - wave
+    if REACTS and not PULSED:
+        # By the momentum of both bodies `gained` is -(v_r(h) - v_r(0) - v_r'(0) h)/(gamma + 1).
+        # `wave` is the forcing less its value at the start.
         wave = SHARE * (drive - alpha * cos_theta / s)
         pushed = force + SHARE * alpha * cos_theta
         steady = (v_r + pushed / s) * s / basis.Q - v_r / s - (pushed - 2 * sigma * v_r) / s**2
@@ -154,7 +157,7 @@ PLACE = front + _at_stops([place - front for place in MODEL.stops])  # where the
 
 
 def general_constants(stick: bool) -> dict[sp.Symbol, sp.Expr]:
-    """The constants of every drifting (or sticking) segment, in `contact` and `drift`."""
+    """Constants of all drifting (or sticking) segments, in `contact`, `drift` and `high`."""
     inertia = sp.Integer(1) if stick else 1 + 1 / gamma
     steady = LOAD + (inertia * LEVEL if REACTS else LEVEL)
     return {

@@ -1,8 +1,8 @@
 """Derivatives of a segment's flow with respect to start, duration and every parameter.
 
 Columns, in order: x_r, v_r, v_c and the forcing angle theta at the start, the duration h, then
-the parameters. The angle at the start is held while
-omega varies; with the start's time held instead, add tau_0 times the column of theta.
+the parameters. The angle at the start is held while omega varies; with the start's time tau_0 held
+instead, add tau_0 times the column of theta to that of omega.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def _total(expression: sp.Expr, column: sp.Symbol, stick: bool) -> sp.Expr:
 
 @lru_cache(maxsize=2)
 def rows(stick: bool) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Rows x_r, v_r (and, in drift, v_c and x_c's advance) of the flow's Jacobian."""
+    """Rows x_r, v_r (and, in drift, v_c and x_c's advance) of the flow's Jacobian, by `COLUMNS`."""
     flow = derive()
     state = [x_r + flow.position, flow.velocity]
     if not stick:

@@ -1,8 +1,9 @@
 """Time derivatives of the state and of the guards of a segment, to any order, from its field.
 
 Once x_r, v_r and the forcing angle are known, every further derivative follows from the equation
-of motion, x^(n+2) = -2 sigma x^(n+1) - K x^(n) + alpha (d/dtau)^n cos, and the pull Q on the
-capsule, linear in x_r, v_r and a drive that reacts, gives those of v_c' = (Q - friction)/gamma.
+of motion, x^(n+2) = -2 sigma x^(n+1) - K x^(n) + alpha (d/dtau)^n cos for n > 0, and the pull Q on
+the capsule, linear in x_r, v_r and a drive that reacts, gives those of
+v_c' = (Q - friction)/gamma. A drive that reacts has the factor m in x^(n+2).
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ gap = sp.Symbol("gap", real=True)  # x_r - stop
 
 
 def with_gap(expression: sp.Expr) -> sp.Expr:
-    """Expression with x_r - stop, small and exact near the impact surface, as a variable."""
+    """Expression with `gap` for x_r - stop, which is small and exact near the impact surface."""
     return expression.subs(x_r - stop, gap)
 
 
@@ -49,7 +50,7 @@ def _drive(order: int) -> sp.Symbol:
 
 
 def drive(order: int) -> sp.Expr:
-    """The drive's derivative of this order; that of pulses is 0 within a segment."""
+    """Derivative of this order of a cosine drive; 0 for pulses, whose level is a constant apart."""
     if PULSED:
         return sp.S.Zero
     angle = sp.Symbol("angle")
@@ -58,17 +59,17 @@ def drive(order: int) -> sp.Expr:
 
 
 def forcing(order: int) -> sp.Expr:
-    """Derivative of this order of the drive's part in the relative acceleration."""
+    """Derivative of this order of the part of `drive` in the relative acceleration."""
     return SHARE * drive(order)
 
 
 def reaction(order: int) -> sp.Expr:
-    """Derivative of this order of the drive's part in the pull on the capsule."""
+    """Derivative of this order of what the pull Q subtracts of `drive`; 0 without reaction."""
     return drive(order) if REACTS else sp.S.Zero
 
 
 def at_angle(expression: sp.Expr) -> sp.Expr:
-    """Expression with the drive at a forcing angle theta."""
+    """Expression with a cosine drive in terms of cos_theta, or the level of pulses."""
     return expression.subs(DRIVE, drive(0) + LEVEL)
 
 
@@ -88,7 +89,7 @@ def jet(order: int) -> list[tuple[sp.Symbol, sp.Expr]]:
 
 
 def magnitudes(steps: list[tuple[sp.Symbol, sp.Expr]]) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """The same assignments with every term replaced by a bound on its absolute value.
+    """Assignments of a jet with every term replaced by a bound on its absolute value.
 
     Each quantity `y` becomes its magnitude `abs_y`; a recurrence of n steps commits a rounding
     error of at most a small multiple of n units of its magnitude (running error analysis).
