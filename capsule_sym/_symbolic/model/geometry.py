@@ -3,7 +3,7 @@
 A piece is a set of states given by linear relations. Surfaces, lines L1-L4 and L9 are those of
 Eqs. (13)-(14). The lines on P1 = 0, P2 = delta are given here by the sign of v_r and the value of
 P3, by which the fields differ; Eq. (14) gives them by bounds on v_r that hold for
-zeta > 0 and delta < f_b only (see `errata`). That adds the line L10, present when delta > f_b,
+zeta > 0 and delta < f_b only (see paper/claims). That adds the line L10, present when delta > f_b,
 and the points O1, O2 (the corners) and O3 (where the line L9 crosses P1 = 0).
 """
 
@@ -59,7 +59,10 @@ def empty(piece: StateSet, hypotheses: Iterable[Relation] = ()) -> bool:
 
 
 def meets(piece: StateSet, point: StateSet, hypotheses: Iterable[Relation]) -> bool:
-    """True if the closure of a piece holds the (existing) point under the hypotheses."""
+    """True if a piece is not empty and its closure holds a point, under the hypotheses.
+
+    The point has to exist under them.
+    """
     hypotheses = list(hypotheses)
     return not empty(piece, hypotheses) and all(
         implies([*point.relations, *hypotheses], relation) for relation in piece.closure.relations
@@ -108,10 +111,11 @@ def _surfaces() -> Iterator[tuple[Relation, ...]]:
 
 
 def _lines() -> Iterator[tuple[Relation, ...]]:
-    """Rest at a friction bound by contact; then impacts at rest, six for each stop.
+    """Rest at a friction bound by contact; then six for each stop, at its plane.
 
-    Those behind mirror those in front, with all signs reversed. A drive that reacts can pull the
-    capsule back while the mass moves in, which adds a seventh.
+    The fifth of these is v_r = 0 at any v_c, the others are impacts at rest. Those behind mirror
+    those in front, with all signs reversed. A drive that reacts can pull the capsule back while the
+    mass moves in, which adds a seventh.
     """
     for side, force in zip(_SIDES, _FORCES, strict=True):
         yield (_REST, *side, sp.Eq(force, FORWARD))
@@ -130,7 +134,7 @@ def _lines() -> Iterator[tuple[Relation, ...]]:
 
 
 def _points() -> Iterator[tuple[Relation, ...]]:
-    """Corner points of each stop; those behind mirror those in front."""
+    """Three points at rest of each stop: both bounds and v_r = 0; behind they are mirrored."""
     for plane, levels in zip(_PLANES, ((FORWARD, -BACKWARD), (-BACKWARD, FORWARD)), strict=False):
         yield from ((_REST, plane, sp.Eq(Q3, level)) for level in levels)
         yield _REST, plane, sp.Eq(v_r, 0)

@@ -1,13 +1,11 @@
-"""Switching mechanisms on surfaces and lines: Tables 1 and 2.
+"""Switching mechanisms on surfaces, lines and points, from which Tables 1 and 2 follow.
 
 A trajectory of a field arrives at a boundary point from the field's cell, or leaves it into the
 cell, according to the first non-vanishing time derivative of each function that bounds the cell
 (velocity of the capsule, penetration, force against the friction bound). Those derivatives are
 the paper's inner products of normals and fields, Eqs. (16)-(23), and the next ones. Their signs
-are decided by `proof`; where a sign depends on state, time or parameters, the point is split into
+are decided by `proof`; where a sign depends on state, time or parameters, the piece is split into
 the three cases, and each part keeps its condition.
-
-Sources and targets of every surface and line follow.
 """
 
 from __future__ import annotations
@@ -57,7 +55,7 @@ class Transition:
 
 @dataclass(frozen=True)
 class Leaf:
-    """A part of a piece where all signs are the same.
+    """A part of a piece, given by `condition`, where all signs are the same.
 
     `arrives` and `departs` hold the fields whose trajectories reach it from, or leave it into,
     their own cell; `may_arrive` and `may_depart` add those that higher derivatives decide.
@@ -94,7 +92,10 @@ class _Split(Exception):
 
 
 def _first_sign(guard: sp.Expr, field: Linear, known: tuple[Relation, ...]) -> tuple[int, Sign]:
-    """Order and sign of the first derivative of a guard that does not vanish (0: all vanish)."""
+    """Order and sign of the first derivative of a guard that does not vanish; sign 0 if all do.
+
+    Raises _Split where a sign varies.
+    """
     orders = _ORDERS_OF_FORCE if guard.has(FORWARD, BACKWARD) else _ORDERS_OF_MOTION
     for order, expression in enumerate(derivatives(guard, field.index, orders)):
         sign = sign_under(expression, known)
@@ -106,9 +107,10 @@ def _first_sign(guard: sp.Expr, field: Linear, known: tuple[Relation, ...]) -> t
 
 
 def _passage(field: Linear, known: tuple[Relation, ...]) -> tuple[bool | None, bool | None]:
-    """True if the field's trajectory through the point comes from, and leaves into, its cell.
+    """Two answers: the field's trajectory comes from its cell, and leaves into it.
 
-    None if nothing excludes it and some guard vanishes with all its derivatives.
+    None if nothing excludes it and some guard vanishes with all considered derivatives. Raises
+    _Split where a sign varies that decides.
     """
     if field.stick and sign_under(v_c, known) != 0:
         return False, False
@@ -181,7 +183,8 @@ def leaves(piece: StateSet, condition: tuple[Relation, ...] = ()) -> Iterator[Le
 def leaves_of(name: str) -> tuple[Leaf, ...]:
     """The leaves of a piece by its name; L9 and O1 without the point O3, which has its own.
 
-    With a second stop these are L17, O4 and O6.
+    With two stops these are L11, O1 and O3 in front, and L17 (L18 if the drive reacts), O4 and O6
+    behind.
     """
     stops, edges = range(len(MODEL.stops)), 2 * len(MODEL.regions)
     impacts = 6 + REACTS  # lines a stop
