@@ -72,15 +72,16 @@ _LINEAR = {
 
 
 class Undecided(Exception):
-    """The sign of a coefficient is not fixed by the ranges of the parameters.
+    """Raised where the ranges of the parameters do not fix the sign of a coefficient.
 
-    Its arguments are the polynomial, or the constraints, at which the elimination stopped.
+    Also raised for a relation that is not homogeneous, or not linear in a variable. Its first
+    argument is the polynomial, expression or constraints at which the elimination stopped.
     """
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """`polynomial kind 0`."""
+    """Constraint `polynomial kind 0`, such as `polynomial > 0`."""
 
     polynomial: PolyElement
     kind: Kind
@@ -103,7 +104,7 @@ class Comparison:
         return Comparison(self.polynomial.subs(numbers), self.kind) if numbers else self
 
     def holds(self) -> bool:
-        """True if a constraint without variables holds."""
+        """True if a constraint without variables holds; raises Undecided if that is not fixed."""
         if self._truth is None:
             raise Undecided(self.polynomial)
         return self._truth
@@ -135,7 +136,7 @@ def _sign(polynomial: PolyElement) -> Sign:
 
 @cache
 def slope_of(constraint: Comparison, symbol: sp.Symbol) -> PolyElement:
-    """Coefficient of a variable, in which a constraint is linear."""
+    """Coefficient of a variable in a constraint; raises Undecided if that is not linear in it."""
     polynomial, generator = constraint.polynomial, _GENERATOR[symbol]
     if polynomial.degree(generator) > 1:
         raise Undecided(polynomial, symbol)
@@ -144,7 +145,7 @@ def slope_of(constraint: Comparison, symbol: sp.Symbol) -> PolyElement:
 
 @cache
 def _slope_sign(constraint: Comparison, symbol: sp.Symbol) -> Sign | None:
-    """Sign of that coefficient, None where the ranges of the parameters do not fix it."""
+    """Sign of `slope_of`, None where the ranges of the parameters do not fix it."""
     try:
         return _sign(slope_of(constraint, symbol))
     except Undecided:
@@ -153,7 +154,7 @@ def _slope_sign(constraint: Comparison, symbol: sp.Symbol) -> Sign | None:
 
 @cache
 def _polynomial(expression: sp.Expr) -> PolyElement:
-    """A homogeneous expression as a polynomial, at a bound of friction of 1."""
+    """A homogeneous expression as a polynomial, at FORWARD = 1; raises Undecided for another."""
     polynomial = _RING.from_expr(sp.expand(expression.xreplace(_LINEAR)))
     if len({sum(powers[: _POSITION[FORWARD] + 1]) for powers in polynomial}) > 1:
         raise Undecided(expression)
@@ -162,7 +163,7 @@ def _polynomial(expression: sp.Expr) -> PolyElement:
 
 @cache
 def constraint_of(relation: Relation) -> Comparison:
-    """A homogeneous relation as a constraint, at a bound of 1; a truth value as one of a number."""
+    """A homogeneous relation as a constraint, at FORWARD = 1; a truth value as one of a number."""
     if relation in (sp.true, sp.false):
         return Comparison(_RING.one if relation == sp.true else -_RING.one, ">")
     if isinstance(relation, sp.Eq):
@@ -190,7 +191,7 @@ The level of pulses, a symbol of its own, is unbounded.
 
 
 def _pivot(symbol: sp.Symbol, constraints: Iterable[Comparison]) -> Comparison | None:
-    """Equation that can be solved for the symbol."""
+    """Equation that can be solved for the symbol, or None."""
     for constraint in constraints:
         if constraint.kind == "==" and _slope_sign(constraint, symbol):
             return constraint
@@ -213,7 +214,7 @@ def _without_symbol(symbol: sp.Symbol, one: Comparison, other: Comparison) -> Co
 
 
 def _eliminate(symbol: sp.Symbol, constraints: Iterable[Comparison]) -> list[Comparison]:
-    """Constraints on the other symbols after exact elimination of one."""
+    """Constraints on the other symbols after exact elimination of one; raises Undecided."""
     kept: list[Comparison] = []
     involved: list[Comparison] = []
     for constraint in constraints:
@@ -229,7 +230,10 @@ def _eliminate(symbol: sp.Symbol, constraints: Iterable[Comparison]) -> list[Com
 
 
 def _order(constraints: list[Comparison], symbols: list[sp.Symbol]) -> sp.Symbol:
-    """Next symbol to eliminate: one that an equation determines, else the least involved."""
+    """Next symbol to eliminate: one that an equation determines, else the least involved.
+
+    If there is none, raises Contradiction where two constraints are opposed, else Undecided.
+    """
     costs: list[tuple[int, int]] = []
     for index, symbol in enumerate(symbols):
         involved = [constraint for constraint in constraints if constraint.involves(symbol)]
@@ -245,7 +249,7 @@ def _order(constraints: list[Comparison], symbols: list[sp.Symbol]) -> sp.Symbol
 
 
 def _opposed(one: Comparison, other: Comparison) -> bool:
-    """True if two constraints have opposite polynomials, even of unknown sign."""
+    """True if two constraints contradict one another by opposite multiples of one polynomial."""
     common = one.polynomial.gcd(other.polynomial)
     try:
         signs = {_sign(each.polynomial.exquo(common)) for each in (one, other)}
@@ -259,7 +263,7 @@ class Contradiction(Exception):
 
 
 def _settled(constraints: Iterable[Comparison]) -> list[Comparison]:
-    """Constraints without those that hold for all values."""
+    """Constraints without those that always hold; raises Contradiction for one that never does."""
     kept: list[Comparison] = []
     for constraint in dict.fromkeys(constraints):
         if constraint._truth is None:
@@ -272,9 +276,9 @@ def _settled(constraints: Iterable[Comparison]) -> list[Comparison]:
 def eliminations(
     constraints: list[Comparison], symbols: Iterable[sp.Symbol]
 ) -> Iterator[tuple[sp.Symbol, list[Comparison]]]:
-    """Each eliminated symbol with the constraints it was eliminated from; then the remaining ones.
+    """Each eliminated symbol with the constraints it was eliminated from; then 1 with the rest.
 
-    Raises Contradiction if nothing satisfies the constraints, and Undecided.
+    When iterated, raises Contradiction if nothing satisfies the constraints, and Undecided.
     """
     left = list(symbols)
     constraints = _settled(constraints)

@@ -39,7 +39,7 @@ def _zero_patterns(symbols: list[sp.Symbol]) -> Iterator[dict[sp.Symbol, int]]:
 
 
 def _cases(constraints: Iterable[Comparison]) -> Iterator[list[Comparison]]:
-    """The constraints for parameters zero or positive, in every combination that occurs."""
+    """The constraints and `RANGES`, with parameters that may vanish at 0 or above, in all cases."""
     constraints = [*constraints, *RANGES]
     present = [s for s in MAY_VANISH if any(c.involves(s) for c in constraints)]
     for values in _zero_patterns(present):
@@ -47,7 +47,7 @@ def _cases(constraints: Iterable[Comparison]) -> Iterator[list[Comparison]]:
 
 
 def _satisfiable(constraints: list[Comparison]) -> bool:
-    """True if some state and some positive parameters satisfy constraints."""
+    """True if some state and some positive parameters satisfy constraints; raises Undecided."""
     try:
         unsettled = without(constraints, VARIABLES)
     except Contradiction:
@@ -91,7 +91,8 @@ def _consistent(constraints: tuple[Comparison, ...]) -> bool:
 def consistent(relations: Iterable[Relation]) -> bool:
     """True if some state, force and admissible parameters satisfy all the relations.
 
-    Raises `Undecided` when the elimination meets a coefficient of unknown sign.
+    Of the parameters' ranges only the signs count, and the force's rate is unbounded. Raises
+    `Undecided` when the elimination meets a coefficient of unknown sign.
     """
     return _consistent(tuple(map(constraint_of, relations)))
 
@@ -104,13 +105,16 @@ def negations(relation: Relation) -> tuple[Relation, ...]:
 
 
 def implies(hypotheses: Iterable[Relation], conclusion: Relation) -> bool:
-    """True if the conclusion holds wherever all the hypotheses do."""
+    """True if the conclusion holds wherever all the hypotheses do; raises as `consistent`."""
     hypotheses = list(hypotheses)
     return not any(consistent([*hypotheses, other]) for other in negations(conclusion))
 
 
 def sign_under(expression: sp.Expr, hypotheses: Iterable[Relation]) -> Sign | None:
-    """Sign of an expression wherever the hypotheses hold; None where it takes several."""
+    """Sign of an expression wherever the hypotheses hold; None where it takes several.
+
+    It is 1 if they hold nowhere. Raises as `consistent`.
+    """
     hypotheses = list(hypotheses)
     if implies(hypotheses, sp.Gt(expression, 0)):
         return 1
@@ -124,7 +128,7 @@ def always_solvable(
 ) -> bool:
     """True if for ALL values that satisfy the hypotheses some unknowns satisfy the relations.
 
-    The unknowns are among x_r, v_r, v_c, the force and its rate.
+    The unknowns are among x_r, v_r, v_c, the force and its rate. Raises as `consistent`.
     """
     eliminated = [depth if symbol == x_r else symbol for symbol in unknowns]
     given = [constraint_of(relation) for relation in hypotheses]
