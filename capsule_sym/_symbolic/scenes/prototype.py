@@ -2,10 +2,10 @@
 
 The mass is driven by u = alpha in the first part D of each period, and by alpha_low in the rest; it
 meets a stop in front and one behind. Gravity pulls both bodies down the slope, as in the scene
-`slope`. Friction alone limits the mean of the drive: where alpha D is above f_plus + s, the capsule
-accelerates without end. The unit of force is the friction P_f on the slope, that of length
-P_f / k1, and that of time sqrt(M_m / k1). The device's values are assumptions of the size of
-published prototypes.
+`slope`. Friction alone limits the mean of the drive: where alpha D + alpha_low (1 - D) is above
+f_plus + s, the capsule accelerates without end. The unit of force is the friction P_f on the slope,
+that of length P_f / k1, and that of time sqrt(M_m / k1). The device's values are assumptions of the
+size of published prototypes.
 """
 
 from capsule_sym._symbolic.model.declaration import Model
