@@ -25,7 +25,8 @@ PAPERS = declaration.path() == declaration.home(declaration.SHIPPED[0])
 class Group:
     """Statements about one subject.
 
-    `place` is where the paper has them, and `families` the first words of their names.
+    `place` is where the paper has them, `about` the subject, and `families` the first words of
+    their names.
     """
 
     place: str

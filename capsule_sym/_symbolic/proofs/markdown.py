@@ -17,7 +17,7 @@ _SIGNS |= {"<=": "≤", ">=": "≥", "+-": "±", " - ": " − "}
 
 
 def text(line: str) -> str:
-    """Line of text with the paper's letters, with Markdown's special characters escaped."""
+    """Line of text with Greek letters, and typographic signs for operators of code."""
     line = re.sub(r"[A-Za-z]+", lambda word: LETTERS.get(word[0], word[0]), line)
     for old, new in _SIGNS.items():
         line = line.replace(old, new)
@@ -47,7 +47,7 @@ def math(formula: str) -> str:
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Table in Markdown."""
+    """Lines of a table in Markdown."""
     yield f"| {' | '.join(heads)} |"
     yield f"|{'---|' * len(heads)}"
     for row in rows:

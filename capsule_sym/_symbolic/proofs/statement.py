@@ -39,20 +39,21 @@ class Statement:
     Attributes:
         name: Identifier, such as "cells.F1.guards".
         equation: Place in the paper, or of a scene's statement its field or surface.
-        `says`: Text of the statement.
+        says: Text of the statement.
         check: Decides a claim: the statement is proved if `check(**claim)` is True.
         claim: Arguments of the check.
-        wrong: Arguments that differ in a wrong claim, which the check has to refuse.
+        wrong: Arguments that differ in a wrong claim, which the check has to refuse; beside a
+            correction, those of a wrong correction.
         correction: Arguments that differ in what holds instead of a refuted claim: the check
             holds with them, and fails for the claim.
-        formula: LaTeX, or gives it.
+        formula: LaTeX, or a function that gives it.
         verdict: Status if the check succeeds: the statement is proved, or the printed statement is
             refuted, or it holds under a condition that is itself proved.
         printed: Printed text, of a comparison with the paper.
         derived: Derived text beside it.
         proof: Description of the check.
         consequence: Consequence of a refuted statement.
-        witness: Exact point or motion that shows the statement.
+        witness: Function that gives an exact point or motion that shows the statement.
     """
 
     name: str
@@ -76,14 +77,17 @@ class Statement:
         return self.formula if isinstance(self.formula, str) else self.formula()
 
     def holds(self) -> bool:
-        """Decide the claim: True if its verdict is reached."""
+        """True if the claim holds; with a correction, if that holds and the claim fails.
+
+        Raises Undecided if the check does.
+        """
         if self.correction is None:
             return self.check(**self.claim)
         return self.check(**merged(self.claim, self.correction)) and not self.check(**self.claim)
 
     @property
     def mutant(self) -> Statement:
-        """The statement with its wrong claim, which has to fail."""
+        """The statement with its wrong claim, or wrong correction, which has to fail."""
         if self.correction is None:
             return replace(self, claim=merged(self.claim, self.wrong))
         return replace(self, correction=self.wrong)
@@ -105,7 +109,7 @@ class Finding:
 
 
 def settle(statement: Statement) -> Finding:
-    """Check a statement's claim."""
+    """Finding of a statement, whose claim is checked; Undecided becomes the status "undecided"."""
     start = perf_counter()
     witness: Mapping[str, str] = {}
     try:
@@ -127,7 +131,7 @@ def run(
     chosen: Mapping[str, Iterable[Statement]],
     advance: Callable[[Finding], None] = lambda result: None,
 ) -> Report:
-    """Check statements one by one; `advance` is called with each result."""
+    """Findings of statements, checked one by one; `advance` is called with each."""
 
     def settled(statement: Statement) -> Finding:
         result = settle(statement)
@@ -140,7 +144,7 @@ def run(
 def named(
     name: str, sections: Sections, families: Mapping[str, str]
 ) -> dict[str, tuple[Statement, ...]]:
-    """Statements of a section, of a name or of names that begin so, by section title.
+    """Statements of a section, of a name or of names that continue it by a point, by section.
 
     Only sections of its family are derived: `families` has the first words of their names. Raises
     InvalidInput if there are none.
@@ -163,7 +167,10 @@ def named(
 
 
 def record(result: Finding) -> dict[str, Any]:
-    """Result as plain data: id, equation, statement, status, seconds, and the texts of errata."""
+    """Result as plain data: id, equation, statement, status, seconds; then texts and a witness.
+
+    A statement about a printed text has all texts and a witness, which may be empty.
+    """
     statement = result.statement
     plain: dict[str, Any] = {
         "id": statement.name,
@@ -195,7 +202,7 @@ def proof(
     """Statement about an expression that the derivation uses.
 
     `residuals` substitutes an expression into its definition: all residuals of a true one are zero,
-    and not all of any other.
+    and not all of any other. The wrong claim is the expression plus 1.
     """
     check = partial(_leaves_nothing, residuals)
     return Statement(name, equation, says, check, {"claim": claim}, {"claim": claim + 1})
