@@ -80,8 +80,8 @@ FORCED = {
 class Reduction:
     """Exact reduction of expressions to polynomials in independent symbols.
 
-    `definitions` gives dependent symbols in terms of others, `inverses` the divisors that occur;
-    everything else is taken to be independent.
+    `independents` are the symbols that remain, `definitions` gives others in terms of them, and
+    `divisors` are the denominators that may occur. Anything else raises ValueError.
     """
 
     def __init__(
@@ -146,7 +146,7 @@ def _image_residual(expected: sp.Expr, claim: sp.Expr) -> Residuals:
 
 
 def _definitions() -> Iterator[Statement]:
-    """Initial values, derivatives, relations, and forms away from the confluences."""
+    """Initial values, derivatives, relations, forms away from the confluences, and `FORCED`."""
     z = sp.Symbol("z")
     for name, value in INITIAL.items():
         at_infinity = sp.cancel((s * IMAGES[name]).subs(s, 1 / z)).subs(z, 0)
@@ -219,7 +219,7 @@ def _limit_residuals(
 
 
 def _closed_forms() -> Iterator[Statement]:
-    """Closed forms of G, Gd and H in each case of damping, and their common limits."""
+    """Closed forms of G, Gd and H in each case of damping, and the common limit of G."""
     cases = {
         "oscillating": (basis.OSCILLATING, {K: sigma**2 + nu**2}),
         "overdamped": (basis.OVERDAMPED, {K: sigma**2 - nu**2, slow: nu - sigma}),

@@ -67,7 +67,7 @@ def needed(guard: sp.Expr, field: Linear, guards: Guards) -> bool:
 
 @cache
 def exclude(one: Relation, other: Relation) -> bool:
-    """True if two relations are seen to have no state in common."""
+    """True if two relations are proved to have no state in common; False if that is undecided."""
     try:
         return not consistent([one, other])
     except Undecided:
@@ -103,7 +103,7 @@ def _left(known: tuple[Relation, ...], cells: list[StateSet]) -> bool:
 
 
 def pushes_back(field: Linear, spring: sp.Expr) -> bool:
-    """Check that a stop's spring pushes the mass back in a field's cell, and is slack at it."""
+    """Check that in its cell a field's spring never pulls the mass, and is slack at the stop."""
     side, here = {1: 1, 2: -1}[field.contact], cell(field).relations
     return implies(here, sp.Ge(side * spring, 0)) and vanishes(
         spring.subs(x_r, MODEL.stops[field.contact - 1])

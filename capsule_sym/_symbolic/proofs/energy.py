@@ -53,14 +53,14 @@ def power(field: Linear) -> sp.Expr:
 
 
 def balances(field: Linear, claim: sp.Expr) -> bool:
-    """Check that a power is the rate of energy along a field, at rest of a capsule that rests."""
+    """Check that a power is the rate of energy along a field; in stick only where v_c = 0."""
     stored = energy(field)
     rate = sum(stored.diff(s) * along for s, along in zip(STATE, field.field, strict=True))
     return vanishes((rate - claim).subs(v_c, 0) if field.stick else rate - claim)
 
 
 def continues(side: int, claim: sp.Expr) -> bool:
-    """Check that the energy without contact equals, at a stop, that of contact with it."""
+    """Check that an energy without contact equals, at a stop, that of contact with the stop."""
     touching = next(one for one in SEGMENTS if one.contact == side)
     return vanishes((claim - energy(touching)).subs(x_r, MODEL.stops[side - 1]))
 

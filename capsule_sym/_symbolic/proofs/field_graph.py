@@ -2,7 +2,7 @@
 
 `switching` derives the graph by the functions that derive Table 1. On surfaces it is proved again
 by first derivatives alone: the source's guard falls through 0, and the successor's guard rises.
-Elsewhere derivatives of any order prove that motions continue, and in one way only.
+Elsewhere higher derivatives prove that motions continue, and in one way only.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def leads(surface: str, ways: Ways) -> bool:
 
 
 def go_on(place: str, fields: Fields) -> bool:
-    """Check that from each state of a line or corner one field continues, and these in all.
+    """Check that one field continues from each state of a line or corner, and in all these.
 
     Where all considered derivatives vanish, some field may still continue, but higher derivatives
     decide which.
@@ -119,7 +119,7 @@ def _beginnings() -> Mapping[int, tuple[tuple[Relation, ...], ...]]:
 def after_edge(source: int, rises: bool, fields: Fields) -> bool:
     """Check that at an edge of pulses a field's motions continue with these fields.
 
-    The new level may be any lower or higher one: the high one is alpha, the low one u.
+    The high level is alpha, the low one the symbol u, of any value.
     """
     old, new = (force, alpha) if rises else (alpha, force)
     before = [relation.subs(force, old) for relation in cell(segment(source)).relations]
@@ -152,7 +152,7 @@ def _edges() -> Iterator[Statement]:
 
 
 def _reached(field: Linear) -> Fields:
-    """Successors of a field at an edge: itself, and from rest any if the drive reacts on Q."""
+    """Successors of a field at an edge: itself; from rest with a reaction, any of its region."""
     alike = (one for one in ANY_LEVEL if one.region == field.region)
     jumps = field.stick and field.pull.has(force)
     return frozenset(one.index for one in alike if jumps or one == field)

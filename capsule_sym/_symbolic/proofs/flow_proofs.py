@@ -1,8 +1,9 @@
 """Proofs that the closed-form flow, its jets and its Jacobians solve the fields of the model.
 
 Every statement is substituted back into the equations of motion, for symbolic parameters, state,
-phase and duration: the flow into each field (Eqs. (7)-(12) of the capsule), the Jacobians into the
-variational equations of drift and of stick, whose fields are shown to be those of all segments.
+phase and duration: the flow into the equations of drift and of stick, the Jacobians into their
+variational equations. Their fields are shown to be those of all segments (Eqs. (7)-(12) of the
+capsule).
 `basis_proofs` proves the rules that are used here.
 """
 
@@ -92,7 +93,7 @@ class _Motion:
 
     @cached_property
     def end(self) -> dict[sp.Symbol, sp.Expr]:
-        """State (x_r, v_r, v_c, x_c) at duration h; in stick the capsule is at rest."""
+        """State (x_r, v_r, v_c, x_c) at duration h; in stick (x_r, v_r) alone."""
         derived = _derive()
         moved = {x_r: x_r + derived.position, v_r: derived.velocity}
         if not self.stick:
@@ -155,7 +156,7 @@ def _general(stick: bool, side: SpringRange | None = None) -> _Motion:
 
 
 def _generals() -> Iterator[_Motion]:
-    """All segments, by the symbol `contact` or, of two stops, contact by contact: in low powers."""
+    """Drift and stick, by the symbol `contact`; with two stops region by region, in low powers."""
     for side in (None,) if len(MODEL.stops) == 1 else MODEL.regions:
         yield from (_general(stick, side) for stick in (False, True))
 
@@ -209,7 +210,7 @@ def _flow_proofs(motion: _Motion) -> Iterator[Statement]:
 
 
 def _jet_proofs() -> Iterator[Statement]:
-    """Every derivative but the first ones, which are those of fields, is the rate of the last."""
+    """Statements on a jet: from x3 and p1 on, each is the rate of the one before; amplitudes."""
     steps = dict(jets.jet(JET_ORDER))
     x, p = jets.position_symbol, jets.force_symbol
     amplitudes = [name for name in steps if name.name.startswith("drive")]

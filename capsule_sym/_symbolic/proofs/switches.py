@@ -30,7 +30,10 @@ class Switch:
     guard: sp.Expr
 
     def derivative(self, column: sp.Symbol) -> sp.Matrix:
-        """Derivative of the state just after the switch, at a fixed time."""
+        """Derivative of the state just after the switch, at a fixed time.
+
+        `column` is a component of the state before it, or a parameter.
+        """
         reached = sp.Matrix(STATE) + h * sp.Matrix(self.before.field)
         along = {**dict(zip(STATE, reached, strict=True)), tau: tau + h}
         then = sp.Matrix(self.after.field).subs(along, simultaneous=True)
@@ -42,7 +45,7 @@ class Switch:
 
     @property
     def on_guard(self) -> dict[sp.Symbol, sp.Expr]:
-        """Value of the component of the state at which the guard vanishes."""
+        """Value of v_c, or of x_r for a guard without v_c, at which the guard vanishes."""
         symbol = v_c if self.guard.has(v_c) else x_r
         return {symbol: sp.solve(self.guard, symbol)[0]}
 
@@ -55,7 +58,7 @@ def carries(switch: Switch, claim: sp.Matrix) -> bool:
 
 
 def at_landing(switch: Switch) -> sp.Matrix:
-    """Saltation matrix where the capsule comes to rest: v_r gains what v_c loses."""
+    """Saltation matrix where v_c vanishes: the deviation of v_r gains what that of v_c loses."""
     ratio = switch.after.field[2] / switch.before.field[2]
     return Matrix([[1, 0, 0], [0, 1, 1 - ratio], [0, 0, ratio]])
 
@@ -63,7 +66,7 @@ def at_landing(switch: Switch) -> sp.Matrix:
 def moves(switch: Switch, share: sp.Symbol, claim: tuple[sp.Expr, ...]) -> bool:
     """Check the state's derivatives by the share of a period at the high level of pulses.
 
-    The state itself is continuous at an edge.
+    Those by the state before the edge have to be the identity.
     """
     by_share = switch.derivative(share)
     pairs = zip(by_share, claim, strict=True)
@@ -72,7 +75,7 @@ def moves(switch: Switch, share: sp.Symbol, claim: tuple[sp.Expr, ...]) -> bool:
 
 
 def switches() -> Iterator[Switch]:
-    """All switches of a level: at a stop, at the end of a drift, and at the end of rest."""
+    """All switches at any one level: at a stop, at the end of a drift, and at the end of rest."""
     beside = {(one.region.name, one.drift): one for one in ANY_LEVEL}
     inner, *outer = (region.name for region in MODEL.regions)
     for field in ANY_LEVEL:
