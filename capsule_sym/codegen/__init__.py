@@ -1,4 +1,4 @@
-"""Code generator: source code of the kernels from the derivations; commands of a declaration."""
+"""Code generator: source code of the kernels from the derivations; names for declarations."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ INPUTS = _HERE / "inputs" if (_HERE / "inputs").is_dir() else _HERE.parents[1] /
 
 
 def __getattr__(name: str) -> object:
-    """Names of declarations, which need SymPy; raises NotInstalled without it."""
+    """`Model` and `vocabulary`, which need SymPy; raises NotInstalled without it."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:

@@ -35,9 +35,10 @@ _CORE = "core", "core_sources"
 
 
 def _present(directory: Path, expected: Mapping[str, str], core: Mapping[str, str]) -> Files:
-    """Texts of the files in a folder, without its core.
+    """Texts of the files in a folder, without those that `core` names.
 
-    Raises InvalidInput for files that no generator wrote and that are not expected.
+    Another compiled core stands for an outdated file. Raises InvalidInput for files that no
+    generator wrote and that are not expected.
     """
     found = {}
     for name, path in (files_in(directory) if directory.is_dir() else {}).items():
@@ -51,7 +52,7 @@ def _present(directory: Path, expected: Mapping[str, str], core: Mapping[str, st
 
 
 def _of_core(target: Path, digest: str) -> dict[str, Any]:
-    """Entries of the core that was compiled from files of this digest; empty without one."""
+    """Entries of the manifest on a core compiled from files of this digest; empty without them."""
     try:
         held = json.loads((target / MANIFEST).read_bytes())
         return {name: held[name] for name in _CORE} if held["digest"] == digest else {}
@@ -73,7 +74,10 @@ def difference(expected: Files, present: Files) -> str:
 
 
 def _update(target: Path, expected: Files, present: Files, mend: str) -> bool:
-    """Write files to a folder, or compare them if a command to mend it is given; True if right."""
+    """Write files to a folder, or compare them if a command to mend it is given.
+
+    False if they differ; then prints the difference and the command.
+    """
     if mend:
         found = difference(expected, present)
         told = f"{found}{target} is out of date. To update it, run:\n\n    {mend}\n"
@@ -88,6 +92,7 @@ def _write(target: Path, expected: Files, surplus: Iterable[str]) -> None:
     """Write files in a folder, all of them beside their places first, and remove surplus ones.
 
     The manifest, without which a folder is no scene, is removed before the others and comes last.
+    On an OSError a new folder is removed.
     """
     fresh = not target.exists()
     target.mkdir(parents=True, exist_ok=True)
@@ -108,9 +113,9 @@ def _write(target: Path, expected: Files, surplus: Iterable[str]) -> None:
 
 
 def _all(check: bool) -> bool:
-    """Generate the files of all scenes, and each shipped scene in a process of its own.
+    """Write, or check, the files that all scenes share and, in processes, each shipped scene.
 
-    A process has one model; two run at a time. True if all is right.
+    A process has one model; two run at a time. True if none fails or differs.
     """
     from capsule_sym.codegen._render import render_shared
 
@@ -188,7 +193,10 @@ def main(check: bool, out: Path | None, scene: str | None, core: bool) -> None:
 
 
 def _compile(target: Path, manifest: dict[str, Any]) -> None:
-    """Compile the core of the code in a folder; on failure exits with 1 and the reason."""
+    """Compile the core of the code in a folder, and enter it in the manifest there.
+
+    On failure exits with 1 and the reason.
+    """
     started = time.perf_counter()
     try:
         with click.progressbar(length=100, label="compiling the C core", file=sys.stderr) as bar:

@@ -37,7 +37,7 @@ def generator() -> str:
 
 
 def digest() -> str:
-    """Digest of all inputs of the generated text: files, declaration, SymPy's version."""
+    """Digest of all inputs of the text: files of the project, this declaration, SymPy's version."""
     inputs = sp.__version__, generator()
     text = "".join(inputs).encode() + declaration.path().read_bytes()
     return hashlib.sha256(text).hexdigest()[:16]
@@ -49,7 +49,7 @@ def _header(stamp: str) -> str:
 
 
 def render_shared() -> dict[str, str]:
-    """Text of the files of all scenes by their names."""
+    """Text of the files that all scenes share, by their names."""
     stamp = digest()
     return Shared(derive(_header(stamp), stamp, whole=False)).written()
 
