@@ -29,14 +29,14 @@ def segment_constants(index: int) -> Assignments:
 
 
 def flow_parameters() -> set[sp.Symbol]:
-    """Parameters that the linear flows, apart from their constant terms, depend on."""
+    """Parameters, and `contact`, on which the linear flows depend apart from constant terms."""
     made = general_constants(stick=False)
     found = (made[name].free_symbols for name in (flow.m, kappa, basis.sigma, basis.K))
     return ({gamma} if PULSED else {omega, gamma}).union(*found)
 
 
 def _flow_blocks() -> dict[str, Assignments]:
-    """Flow of x_r, the gap and v_r, each in its most exact form."""
+    """Blocks of the flow, with `gap` for x_r - stop, and of its Jacobians."""
     derived = flow.derive()
     keep_gap = {flow.spring: jets.with_gap(flow.SPRING)}
     long = derived.drift_long.subs(derived.velocity, velocity)
@@ -72,6 +72,6 @@ def shared_blocks() -> dict[str, Assignments]:
 
 
 def blocks(jet_order: int) -> dict[str, Assignments]:
-    """Assignments of each other block, by its name."""
+    """Assignments of the blocks of this scene, by name: its jet, flow and Jacobians."""
     jet = jets.jet(jet_order)
     return {"jet": jet, "jet_magnitudes": jets.magnitudes(jet), **_flow_blocks()}

@@ -59,12 +59,12 @@ class Derived:
 
     @property
     def bounds(self) -> list[str]:
-        """Friction bounds."""
+        """Names of the friction bounds, each once."""
         return sorted({str(bound) for bound in declaration.chosen().bounds.values()})
 
 
 def derive(header: str, digest: str, *, whole: bool = True) -> Derived:
-    """Derive the input of the backends; not `whole`, that of what all scenes have in common."""
+    """Input of the backends; if not `whole`, without the kernels and formulas of this scene."""
     config, interface = read("kernels"), Interface(read("interface"))
     order, found = config["jet_order"], formulas() if whole else ()
     return Derived(
@@ -82,12 +82,12 @@ def derive(header: str, digest: str, *, whole: bool = True) -> Derived:
 
 
 def read(name: str) -> dict[str, Any]:
-    """Inputs of this name."""
+    """Content of the table `name`.toml of the inputs, read anew by each call."""
     return tomllib.loads((INPUTS / f"{name}.toml").read_text(encoding="utf-8"))
 
 
 def formulas() -> tuple[Formula, ...]:
-    """Formulas of the model, in the order of `codegen/kernels.toml`, which has their arguments."""
+    """Formulas that the model has, in the order of `codegen/kernels.toml` with its arguments."""
     found, known = list[Formula](), model_formulas.formulas()
     for entry in read("kernels")["formula"]:
         if (result := known.get(entry["name"])) is None:
@@ -100,7 +100,7 @@ def formulas() -> tuple[Formula, ...]:
 
 
 def _kernels(config: dict[str, Any], derivations: Mapping[str, Assignments]) -> Iterable[Kernel]:
-    """Kernels of those blocks that are given."""
+    """Kernels of those blocks that are given; with pulses without forced responses."""
     for entry in config["kernel"]:
         block = derivations.get(entry.get("block", entry["name"]))
         if block is None:
@@ -136,7 +136,10 @@ def lowered(formula: Formula) -> Kernel:
 
 
 def _units(found: Iterable[Formula]) -> dict[str, int]:
-    """Names of all formulas with a size, and their rounding errors."""
+    """Rounding errors of all formulas with a size, by names such as FORCE_UNITS.
+
+    A recurrence has one by each carried argument, such as FORCING_NEXT_BEFORE_UNITS.
+    """
     given = dict.fromkeys(("cos_theta", "sin_theta"), CIRCULAR_UNITS)
     for segment in SEGMENTS:
         for name, value in segment_constants(segment.index):

@@ -15,7 +15,7 @@ Entry = dict[str, Any]
 
 
 class Interface:
-    """Content of `codegen/interface.toml`, with the model's counts and parameters in it."""
+    """Content of `codegen/interface.toml`, into which the model's counts and parameters are put."""
 
     def __init__(self, config: Entry) -> None:
         self.enums: list[Entry] = config["enum"]

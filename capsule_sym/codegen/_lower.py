@@ -47,7 +47,7 @@ def lower(
     """Kernel of a block: only the steps that the results need, with shared common subexpressions.
 
     Results are steps of their names, or `inline` expressions. Raises ValueError for a symbol that
-    is neither argument, constant nor assigned in the block.
+    is neither argument, constant nor assigned in the block, and for a result that is not assigned.
     """
     given = set(arguments)
     expressions = _needed(block, returns, given)

@@ -1,4 +1,4 @@
-"""Base class of the printers of several languages."""
+"""Base class of printers in Python and C."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def _product(base: str, exponent: int) -> str:
 
 
 class Products:
-    """Small integer powers as products, for which libm and NumPy have no faster form."""
+    """Integer powers up to 4 as products, for which libm and NumPy have no faster form."""
 
     def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
         base, exponent = expr.as_base_exp()

@@ -44,7 +44,10 @@ def _power_of_two(number: sp.Expr) -> bool:
 
 
 def terms_of(expression: sp.Expr, known: Mapping[str, list[Term]]) -> list[Term]:
-    """Terms that an expression sums, with each operation counted."""
+    """Terms that an expression sums, with each operation counted.
+
+    Raises ValueError for a function, and for a denominator whose terms may cancel.
+    """
     if expression.is_Symbol:
         return known[expression.name]
     if expression.is_Rational:
@@ -99,9 +102,10 @@ def results_of(kernel: Kernel, given: Mapping[str, int]) -> list[list[Term]]:
 
 
 def units(kernel: Kernel, given: Mapping[str, int], argument: str | None = None) -> int:
-    """Rounding error of a kernel's results in units of its size, or that of an argument's terms.
+    """Largest rounding error of a kernel's results in units of their sizes.
 
-    `given` are the rounding errors of arguments and constants, 0 if not named.
+    With an `argument`, that of the terms with it alone. `given` are the rounding errors of
+    arguments and constants, 0 if not named.
     """
     terms = (term for result in results_of(kernel, given) for term in result)
     return 1 + max(t.units for t in terms if argument is None or argument in t.names)
