@@ -24,7 +24,8 @@ def _kept(text: str) -> str:
 
     Lines after `@harmonic` are for a drive that varies within a segment, those after `@pulsed` for
     a drive that is constant in each; both up to the next of these marks, or `@end`. Within a line
-    `⟨...⟩` is for the former only, and `⟨...¦...⟩` has a text for each.
+    `⟨...⟩` is for the former only, and `⟨...¦...⟩` has a text for each. A line of which nothing is
+    left is omitted.
     """
     left_out = "@harmonic" if PULSED else "@pulsed"
     kept, leaving = [], False
@@ -40,7 +41,7 @@ def _kept(text: str) -> str:
 class Language:
     """Language: its printer, its spelling of functions, and its files.
 
-    Templates are files of the backend's folder. In them `$name` is one of `texts`.
+    Templates are files of the folder of the backend's class. In them `$name` is one of `texts`.
     """
 
     printer: CodePrinter
@@ -67,7 +68,7 @@ class Language:
         return "".join(f"    {line}\n" for line in lines)
 
     def function(self, kernel: Kernel) -> str:
-        """Kernel as a function."""
+        """Kernel as a function; a backend defines it."""
         raise NotImplementedError(f"{type(self).__name__} has no functions")
 
     @staticmethod
@@ -91,7 +92,7 @@ class Language:
         }
 
     def templates(self) -> dict[str, Template]:
-        """Templates by name."""
+        """Templates in the folder of the backend's class, by file name."""
         paths = Path(inspect.getfile(type(self))).parent.glob("*.in")
         return {path.name: Template(_kept(path.read_text(encoding="utf-8"))) for path in paths}
 

@@ -76,7 +76,7 @@ class C(Language):
     def cases(self, number: str, own: dict[sp.Symbol, sp.Symbol]) -> str:
         """Cases of a switch by a field's number, which assign its mode and its constants.
 
-        Integers are written as `number`, parameters as their `own` symbols.
+        `number` is the format of the mode's integers; `own` has symbols to be put for parameters.
         """
         text = ""
         for one in SEGMENTS:
@@ -99,7 +99,7 @@ class Real(C):
     assign = "const real {} = {};"
 
     def function(self, kernel: Kernel) -> str:
-        """Kernel as a function that returns its result, or writes its results."""
+        """Kernel as a function that returns its single result, or writes to array or pointers."""
         given = [f"const {self.constants} *c", *(f"{self.kind} {a}" for a in kernel.arguments)]
         results = [self.expression(result) for result in kernel.results]
         returned = "void"
@@ -130,7 +130,7 @@ class Bound(Real):
 
 
 def _used_parameters() -> str:
-    """Parameters in the constants, as variables."""
+    """Parameters in the constants of segments, and omega of a cosine, as variables."""
     values = [value for segment in SEGMENTS for _, value in segment_constants(segment.index)]
     used = (set() if PULSED else {omega}).union(*(value.free_symbols for value in values))
     names = (p.name for p in PARAMETERS if p in used)

@@ -8,7 +8,7 @@ from capsule_sym.codegen._interface import Entry, Interface, flags, members
 
 
 def texts(interface: Interface) -> dict[str, str]:
-    """Counts, positions and lists of parameters, enumerations and structs."""
+    """Counts, positions, lists and roles of parameters, enumerations and structs."""
     counts = {
         name: value if value.isdigit() else f"({interface.spelt(value)})"
         for name, value in interface.counts.items()

@@ -16,9 +16,10 @@ class DoubleCode(Products, C99CodePrinter):
 
 
 class Numbers(CodePrinter):
-    """C99 code over any number type: sums and products are calls of add, sub, mul, mad and over.
+    """C99 code over any number type: add, sub, mul, mad, over and neg are called for operations.
 
-    `mad(a, b, c)` is a b + c; a type may round it once or twice.
+    `mad(a, b, c)` is a b + c; a type may round it once or twice. Exponents have to be
+    integers; a rational constant is rounded to a double.
     """
 
     language = "C"

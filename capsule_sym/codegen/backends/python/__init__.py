@@ -50,7 +50,7 @@ class Python(PythonSpelling):
         }
 
     def written(self) -> dict[str, str]:
-        """Text of each file by its path."""
+        """Text of each file by its path; `fields.py` only where fields are enclosed."""
         texts = super().written()
         if not self._enclosed:
             del texts["fields.py"]

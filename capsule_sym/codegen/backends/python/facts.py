@@ -12,7 +12,7 @@ from capsule_sym._symbolic.model.symbols import MODEL, PULSED
 
 
 def texts() -> dict[str, str]:
-    """Constants, and the members of dataclasses."""
+    """Constants, the members of dataclasses, and the relations of a device."""
     return {
         "facts": assigned(values(), _ABOUT),
         "parameter_fields": "\n".join(
@@ -38,7 +38,7 @@ def _about_unit(one: DeclaredUnit) -> str:
 
 
 def documented(text: str) -> str:
-    """Docstring of any text: quotes and backslashes are escaped."""
+    """Docstring of a text of one line: quotes and backslashes are escaped."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return f'"""{escaped}"""'
 

@@ -11,7 +11,7 @@ from capsule_sym.codegen._printers import Products
 
 
 class _Printer(Products, PythonCodePrinter):
-    """Python code whose functions are plain names, which functions take from their library."""
+    """Python code in which sin, cos, exp and expm1 are plain names, not those of a module."""
 
     def _print_Function(self, expr: sp.Function) -> str:
         name = type(expr).__name__
@@ -32,7 +32,7 @@ class PythonSpelling(Language):
         return "".join(functions) + super().body(kernel)
 
     def function(self, kernel: Kernel) -> str:
-        """Kernel as a function, which begins with the library `by` if it needs functions.
+        """Kernel as a function, whose first argument is the library `by` if it needs functions.
 
         Last arguments that only other models use may be omitted.
         """
