@@ -92,7 +92,8 @@ def magnitudes(steps: list[tuple[sp.Symbol, sp.Expr]]) -> list[tuple[sp.Symbol, 
     """Assignments of a jet with every term replaced by a bound on its absolute value.
 
     Each quantity `y` becomes its magnitude `abs_y`; a recurrence of n steps commits a rounding
-    error of at most a small multiple of n units of its magnitude (running error analysis).
+    error of at most a small multiple of n units of its magnitude (running error analysis), unless
+    the terms of `push` cancel.
     """
     bound = {cos_theta: sp.S.One, sin_theta: sp.S.One, push: sp.Abs(push)}
     derived = [target for target, _ in steps if not target.name.startswith("drive")]
