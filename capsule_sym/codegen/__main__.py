@@ -52,7 +52,10 @@ def _present(directory: Path, expected: Mapping[str, str], core: Mapping[str, st
 
 
 def _of_core(target: Path, digest: str) -> dict[str, Any]:
-    """Entries of the manifest on a core compiled from files of this digest; empty without them."""
+    """Entries of the manifest on a core compiled from files of this digest; empty without them.
+
+    The core itself is not read.
+    """
     try:
         held = json.loads((target / MANIFEST).read_bytes())
         return {name: held[name] for name in _CORE} if held["digest"] == digest else {}
