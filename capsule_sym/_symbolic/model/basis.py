@@ -119,7 +119,7 @@ RULES: dict[sp.Symbol, dict[sp.Symbol, sp.Expr]] = {
     sigma: _IN_SIGMA,
     omega: _IN_OMEGA,
 }
-"""Derivative of each response function with respect to h, K, sigma and omega."""
+"""Derivatives of response functions by h, K, sigma and omega, where they are in the family."""
 
 RELATIONS = {
     # B'' + omega^2 B = G, and Q(d/dh) applied to the step response.
@@ -186,7 +186,7 @@ OSCILLATING = {
     Gd: sp.exp(-sigma * h) * sp.cos(nu * h) - sigma * G,
     H: (1 - Gd - 2 * sigma * G) / K,
 }
-"""Closed form for K >= sigma^2, eigenvalues -sigma +- i nu; a line may use those above it."""
+"""Closed form for K > sigma^2, eigenvalues -sigma +- i nu; a line may use those above it."""
 
 OVERDAMPED = {
     # Written so that neither exp overflows nor nearly equal rates cancel.

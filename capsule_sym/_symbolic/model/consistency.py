@@ -28,7 +28,7 @@ force = sp.Symbol("u", real=True)
 """Force of the drive, as a symbol of its own."""
 
 UNITS = {"friction_force": "N", "natural_frequency": "rad/s", "length_scale": "m"}
-"""Units of results that a device defines, in SI units."""
+"""Units of results that a device defines, and their own units in SI."""
 
 
 class Declared:

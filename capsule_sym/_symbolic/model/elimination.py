@@ -184,7 +184,7 @@ RANGES = (
         if p.is_nonnegative
     ),
 )
-"""Constraints on single variables: alpha >= 0, gaps >= 0, and the range of the force.
+"""Ranges of variables: alpha and gaps >= 0, room between stops, the force, signs of others.
 
 The level of pulses, a symbol of its own, is unbounded.
 """

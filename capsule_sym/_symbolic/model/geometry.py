@@ -142,6 +142,6 @@ def _points() -> Iterator[tuple[Relation, ...]]:
 
 _PARTS = _numbered("S", _surfaces()), _numbered("L", _lines()), _numbered("O", _points())
 PIECES: dict[str, StateSet] = {piece.name: piece for pieces in _PARTS for piece in pieces}
-"""Surfaces, lines and points by name; with one stop S1-S10, L1-L10 and O1-O3."""
+"""Pieces by name; with one stop S1-S10, L1-L10 (L11 if the drive reacts) and O1-O3."""
 
 SURFACES, LINES, POINTS = (tuple(piece.name for piece in pieces) for pieces in _PARTS)

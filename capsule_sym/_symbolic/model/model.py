@@ -47,7 +47,7 @@ FORWARD, BACKWARD = MODEL.bounds[1], MODEL.bounds[-1]
 LOAD = MODEL.load
 """Constant force on the mass besides drive and interaction."""
 WEIGHT = MODEL.weight
-"""Constant force on the capsule backward, which the friction bounds hold."""
+"""Constant force on the capsule backward, which the friction bounds contain."""
 
 high = sp.Symbol("high", nonnegative=True)  # 1 while pulses are at their high level, else 0
 LEVELS: tuple[sp.Expr, ...] = (PULSES.amplitude, PULSES.low) if PULSES else (sp.S.Zero,)
@@ -87,7 +87,7 @@ class Linear:
     region: SpringRange
     way: Mode
     level: int = 0
-    """Number of the drive's level from 0; ANY for the symbol `force`."""
+    """Number of the drive's level from 0; ANY for the symbol `force` in place of pulses."""
 
     @property
     def contact(self) -> int:

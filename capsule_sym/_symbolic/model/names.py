@@ -27,7 +27,7 @@ _MACRO = re.compile(
     rf"{'|'.join(_MACROS)}|(?=.*[A-Z].*[A-Z])[A-Z0-9_]+l?|Py[A-Z_]\w*"
     r"|(PRI|SCN)[a-z]\w*|(u?int|size|ptrdiff)\w*_t"
 )
-"""Macros and types of C's headers and Python's, and all names of capital letters, as macros are."""
+"""Macros and types of C's headers and Python's, and names of 2 or more capitals, as macros are."""
 _NAMES = _words("""
     Any B B2 B2d BI BW BWd Bd Bdd Constants G G2 G2d Gd H H1 H2 JACOBIAN_COLUMNS K NULL Z2 abs add
     advance back before bound bound_of by c cap capsule_advance centre constants contact cos
@@ -45,7 +45,7 @@ _NAMES = _words("""
     turning_velocity u u1 v_c v_c_rate v_change v_r v_rate v_x values velocity velocity_at
     versine versine2 w way width x_c x_change x_r
 """)
-"""Names with another meaning in generated code and derivations."""
+"""Names with another meaning in generated code and derivations; for parameters alone."""
 _NUMBERED = re.compile(r"(t|x|p|P_|drive|abs_[xp])\d*|(abs|by|d\d)_\w+|\w+_(gradient|size)")
 _OF_DEVICES = _words("""
     acceleration dimensionless displacement energy force friction_force length_scale

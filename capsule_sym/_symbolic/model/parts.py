@@ -50,7 +50,7 @@ class Parameter(Fact):
     """Its scaling, as in the documentation of `Parameters`."""
     tex: str
     si: str
-    """Relation to the quantities and units of a device; empty without one."""
+    """Relation to a device's quantities and units and earlier parameters; empty without one."""
 
     @property
     def name(self) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 Part = Mapping[str, Mapping[str, Any]]
-"""Facts by name."""
+"""Facts of quantities, units and parameters, by their names."""
 
 _ANY_SIGN = (-1e10, 1e10)
 _SHARE = (1e-9, 1 - 1e-9)
