@@ -52,7 +52,7 @@ class Language:
     assign = "{} = {}"
     """Statement that assigns a step."""
     files: ClassVar[dict[str, str]]
-    """Template of each file, by its path below `generated/`."""
+    """Template of each file, by its path in the scene's folder; of `Shared` in `generated/`."""
 
     def __init__(self, derived: Derived) -> None:
         self.derived = derived

@@ -14,7 +14,7 @@ from capsule_sym.codegen._derived import derive
 from capsule_sym.codegen.backends import BACKENDS, Shared
 
 FORMAT = 1
-"""Format of manifests, in which folders of other versions differ."""
+"""Format of manifests: a folder with another one is refused."""
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
