@@ -52,15 +52,18 @@ def _present(directory: Path, expected: Mapping[str, str], core: Mapping[str, st
 
 
 def _of_core(target: Path, digest: str) -> dict[str, Any]:
-    """Entries of the manifest on a core compiled from files of this digest; empty without them.
+    """Entries of the manifest on a core compiled from files of this digest.
 
-    The core itself is not read.
+    Empty without them, and for a core that is missing or another one.
     """
     try:
         held = json.loads((target / MANIFEST).read_bytes())
-        return {name: held[name] for name in _CORE} if held["digest"] == digest else {}
+        there = {CORE: digest_of((target / CORE).read_bytes())}
+        if held["digest"] == digest and held["core"] == there:
+            return {name: held[name] for name in _CORE}
     except (OSError, ValueError, LookupError, TypeError):
-        return {}
+        pass
+    return {}
 
 
 def difference(expected: Files, present: Files) -> str:

@@ -1,5 +1,6 @@
 """The compiled core of a scene of one's own, by one command."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -10,7 +11,8 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym._compile import compiler, kept
+from capsule_sym._compile import CORE, compiler, kept
+from capsule_sym._folders import MANIFEST, digest_of
 from capsule_sym._native import core
 from capsule_sym.codegen import __main__ as command
 
@@ -83,6 +85,20 @@ def test_two_processes_that_compile_a_core_at_once_both_have_a_whole_one(tmp_pat
     (path,) = {Path(one.communicate()[0].strip()) for one in both}
     assert path.read_bytes() == Path(core.library._name).read_bytes()
     assert [*path.parent.iterdir()] == [path]
+
+
+def test_a_core_that_is_lost_or_another_one_leaves_the_manifest(tmp_path: Path) -> None:
+    """Written again, the folder is a scene without a compiled core, as a message says."""
+    binary, code = tmp_path / CORE, "d" * 16
+    binary.write_bytes(b"core")
+    entries = {"core": {CORE: digest_of(b"core")}, "core_sources": "e" * 16}
+    (tmp_path / MANIFEST).write_text(json.dumps({"digest": code, **entries}))
+    assert command._of_core(tmp_path, code) == entries
+    assert command._of_core(tmp_path, "f" * 16) == {}
+    binary.write_bytes(b"another")
+    assert command._of_core(tmp_path, code) == {}
+    binary.unlink()
+    assert command._of_core(tmp_path, code) == {}
 
 
 def test_a_compiler_that_cannot_be_read_is_left_out(
