@@ -85,6 +85,7 @@ WRONG = [
         "delta ranges from -1, but a gap is at least 0",
     ),
     ("stiffness=beta)", "stiffness=x_r)", "no polynomial >= 0 of parameters"),
+    ("2 * zeta * v_r", "1.9 * zeta * v_r", "19/10 is no binary fraction"),
     ("2 * zeta * v_r", "2 * (zeta + beta) * v_r", "is not zeta times a number above 0, at most 2"),
     (
         "stiffness=beta)",

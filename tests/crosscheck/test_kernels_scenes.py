@@ -311,6 +311,28 @@ def test_jets_are_powers_of_the_rates(name: str) -> None:
                 assert abs(a - b) < AGREEMENT * (1 + abs(a)), case
 
 
+def test_jets_err_within_their_magnitudes_where_friction_and_drive_cancel() -> None:
+    """Their sum is one constant of the field: it has the rounding errors of both."""
+    own, r = scene("reaction_pulse"), random.Random(0)
+    forward = next(k for k in range(1, 13) if Field(SCENES["reaction_pulse"], k).mode == (1, 0, 1))
+    worst = 0.0
+    for _ in range(many(200, 50)):
+        gamma, f_b = r.uniform(0.1, 10), r.uniform(0.1, 10)
+        p = {"alpha": 1.0, "alpha_low": -f_b / (1 + gamma), "D": 0.5, "omega": 1.0, "delta": 1.0}
+        p |= {"zeta": 0.1, "beta": 1.0, "gamma": gamma, "f_b": f_b}
+        at = (1e-9, -1.0, 1e-9, 1.0, 0.0)
+        found = own.kernels.jet(c := own.kernels.constants(forward, **p), *at)
+        bounds = own.kernels.jet_magnitudes(c, *map(abs, at[:3]))
+        with mp.workdps(DIGITS):
+            exact = own.kernels_by(mp)
+            given = {name: mpf(value) for name, value in p.items()}
+            right = exact.jet(exact.constants(forward, **given), *map(mpf, at))
+        errors = [float(abs(a - b)) / UNIT for a, b in zip(found, right, strict=True)]
+        assert all(a <= 16 * b for a, b in zip(errors, bounds, strict=True)), p
+        worst = max(worst, errors[0] / abs(found[0]))
+    assert worst > 1e6  # they do cancel
+
+
 @sampled
 @pytest.mark.parametrize("name", some(SCENES, 1))
 def test_doubles_are_right_to_their_conditioning(name: str) -> None:

@@ -92,18 +92,13 @@ class Formula:
     def size(self) -> Formula:
         """Formula of the summed magnitudes of each result's terms, by magnitudes of arguments."""
         ones = {cos_theta: sp.S.One, sin_theta: sp.S.One}
-        signed = {friction: sp.Abs(friction), push: sp.Abs(push)}
-        if STEADY != 0:  # the terms of push may cancel
-            terms = map(sp.Abs, sp.Add.make_args(sp.expand(LOAD + SHARE * LEVEL)))
-            signed[push] = sp.Abs(friction) / gamma + sp.Add(*terms)
         magnitudes = {a: sp.Symbol(a.name, nonnegative=True) for a in self.arguments}
-        sizes = {abs(name): size for name, size in signed.items()}
         known = {**magnitudes, **ones}
         return Formula(
             f"{self.name}_size",
             f"Magnitudes of the terms of `{self.name}`, added up.",
             tuple(magnitudes[a] for a in self.arguments if a not in ones),
-            tuple((name, jets.size_of(one, known).xreplace(sizes)) for name, one in self.results),
+            tuple((name, jets.size_of(one, known)) for name, one in self.results),
         )
 
 

@@ -19,12 +19,13 @@ from capsule_sym._symbolic.model.flow import (
     SPRING,
     STIFFNESS,
     cos_theta,
+    friction,
     m,
     push,
     sin_theta,
 )
-from capsule_sym._symbolic.model.model import DRIVE, LEVEL, PULL, REACTS
-from capsule_sym._symbolic.model.symbols import PULSED, alpha, omega, stop, v_r, x_r
+from capsule_sym._symbolic.model.model import DRIVE, LEVEL, LOAD, PULL, REACTS, STEADY
+from capsule_sym._symbolic.model.symbols import PULSED, alpha, gamma, omega, stop, v_r, x_r
 
 gap = sp.Symbol("gap", real=True)  # x_r - stop
 
@@ -92,10 +93,9 @@ def magnitudes(steps: list[tuple[sp.Symbol, sp.Expr]]) -> list[tuple[sp.Symbol, 
     """Assignments of a jet with every term replaced by a bound on its absolute value.
 
     Each quantity `y` becomes its magnitude `abs_y`; a recurrence of n steps commits a rounding
-    error of at most a small multiple of n units of its magnitude (running error analysis), unless
-    the terms of `push` cancel.
+    error of at most a small multiple of n units of its magnitude (running error analysis).
     """
-    bound = {cos_theta: sp.S.One, sin_theta: sp.S.One, push: sp.Abs(push)}
+    bound = {cos_theta: sp.S.One, sin_theta: sp.S.One}
     derived = [target for target, _ in steps if not target.name.startswith("drive")]
     for name in [x_r, v_r, gap, *derived]:
         bound[name] = sp.Symbol(f"abs_{name}", nonnegative=True)
@@ -103,6 +103,13 @@ def magnitudes(steps: list[tuple[sp.Symbol, sp.Expr]]) -> list[tuple[sp.Symbol, 
 
 
 def size_of(expression: sp.Expr, bound: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Sum of the magnitudes of the terms of an expression, by bounds on its symbols."""
+    """Sum of the magnitudes of the terms of an expression, by bounds on its symbols.
+
+    The magnitude of `push` is that of its terms, which may cancel.
+    """
+    pushes = sp.Abs(push)
+    if STEADY != 0:
+        terms = map(sp.Abs, sp.Add.make_args(sp.expand(LOAD + SHARE * LEVEL)))
+        pushes = sp.Abs(friction) / gamma + sp.Add(*terms)
     terms = sp.Add.make_args(sp.expand_mul(expression))
-    return sp.Add(*(abs(term.subs(bound)) for term in terms))
+    return sp.Add(*(abs(term.subs(bound)) for term in terms)).xreplace({sp.Abs(push): pushes})
