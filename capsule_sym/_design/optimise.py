@@ -91,15 +91,16 @@ def optimise(
     Returns
     -------
     Optimum
-        Variables in `over`, the `value` of the metric, active constraints, `status` and `message`.
-        In SI units if `base` is a device, else dimensionless. `success` is True for the statuses
+        Variables in `over`, the `value` of the metric, `constraints`, `status` and `message`. In SI
+        units if `base` is a device, else dimensionless. `success` is True for the statuses
         "optimal" and "optimal-at-border". After `max_seconds` it is the best point so far, of
         status "time-limit".
 
     Raises
     ------
     InvalidInput
-        For names, bounds, texts or other arguments that are not allowed, and without a C core.
+        For names, bounds, texts or other arguments that are not allowed, for a metric that is
+        finite at no motion of the survey, and without a C core.
 
     Notes
     -----
@@ -140,7 +141,7 @@ def program_of(
     start: Sequence[float] = (0.0, 0.0, 0.0),
     progress: Callable[[str], object] | None = None,
 ) -> Program:
-    """Optimisation problem of checked arguments; raises InvalidInput."""
+    """Optimisation problem from arguments; raises InvalidInput for those that are not allowed."""
     system = system_of(base)
     if not over:
         raise InvalidInput("over", over, "one parameter or more, each with its bounds")
@@ -174,7 +175,10 @@ def system_of(base: System | None) -> System:
 
 
 def _check_ends(program: Program) -> None:
-    """Raises InvalidInput for bounds at which the map cannot be run, the others in the middle."""
+    """Raises InvalidInput for a bound at which parameters are not allowed for a run.
+
+    One variable at a time is at a bound, the others are in the middle of theirs. Nothing is run.
+    """
     for i, name in enumerate(program.names):
         for end in (0.0, 1.0):
             u = np.full(len(program.names), 0.5)
@@ -189,6 +193,6 @@ def _check_ends(program: Program) -> None:
 
 
 def check_survey(samples: int, seed: int) -> None:
-    """Raises InvalidInput for counts that are not allowed."""
+    """Raises InvalidInput for a number of samples or a seed that is not allowed."""
     checks.check_count("samples", samples, *SAMPLES)
     checks.check_count("seed", seed, *SEED)

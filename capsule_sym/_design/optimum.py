@@ -1,4 +1,4 @@
-"""Result of an optimisation, and its certainty."""
+"""Result of an optimisation: parameters, metrics, conditions of the optimum, and status."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class Optimum(Result):
 
 
 def optimum_of(best: LocalOptimum) -> Optimum:
-    """Result of a place."""
+    """Result of a local optimum, without statistics."""
     program, place, count = best.program, best.place, len(best.program.texts)
     system, sign, unit = program.system_at(place.u), program.sign, program.unit
     metrics = of(place.motion.metrics, system)

@@ -5,12 +5,12 @@ begin at places that no neighbour betters. SciPy's SLSQP follows the motion of e
 also where the start state no longer settles on it. Of the best places it passes the first is kept
 on whose motion the start state settles.
 
-The best two of these are polished to the conditions of an optimum on one itinerary, the second only
-if neither the first's value nor its limit at a loss of stability is as good. If a place is left
-that is better than all optima, a further search from it gives a result without solved conditions.
-Where that search finds better motions on which the start state does not settle, a bisection looks
-for a better place before the basin boundary. At a kink populations in small boxes about the place
-evolve, and the search is repeated.
+The best two of these are polished to the conditions of an optimum, over the itineraries that meet
+there. The second is polished only if neither the first's value nor its limit at a loss of stability
+is as good. If a place is left that is better than all optima, a further search from it gives a
+result without solved conditions. Where that search finds better motions on which the start state
+does not settle, a bisection looks for a better place before the basin boundary. At a kink
+populations in small boxes about the place evolve, and the search is repeated.
 """
 
 from __future__ import annotations
@@ -74,11 +74,14 @@ class Optimisation:
 
     @property
     def optimum(self) -> LocalOptimum:
-        """Best of the optima, or of the places taken without conditions."""
+        """Best of `optima`, with solved conditions or without; raises ValueError without any."""
         return min(self.optima, key=lambda one: one.place.objective)
 
     def run(self, samples: int, seed: int, searches: int = _SEARCHES) -> None:
-        """Survey, evolve, search from the best places, and polish the best that searches pass."""
+        """Survey, evolve, search from the best places, and polish the best that searches pass.
+
+        It sets `found`. Raises TimeUp after the time limit, and InvalidInput as `Survey.run`.
+        """
         self.samples = samples
         self.survey.run(samples, seed)  # in a share of the time; sets the units
         check_time()
@@ -91,14 +94,14 @@ class Optimisation:
         self.found = self.conclude(places)
 
     def descents(self, searches: int) -> list[Place]:
-        """Best places of at most so many searches, the best first."""
+        """Best place of each of at most so many searches, the best first."""
         firsts = map(self.program.begin, self.survey.starts(searches))
         return sorted(filter(None, map(self.descend, firsts)), key=lambda place: place.rank)
 
     def descend(self, first: Place | None) -> Place | None:
-        """Best of the best eight places of a search, on whose motion the start state settles.
+        """Best place of a search on whose motion the start state settles, of the best eight.
 
-        Without one it is the first place. None without a motion there or finite derivatives.
+        Without one it is the first place. None if there is no first place.
         """
         self.followed += 1
         self.program.progress(f"search {self.followed}")
@@ -112,7 +115,12 @@ class Optimisation:
         return best
 
     def polish(self, places: Sequence[Place]) -> None:
-        """Polish the best places; search from the best unsolved one if it is still the best."""
+        """Add optima from those of the best two places that satisfy the limits and may be better.
+
+        If the first of them without solved conditions is better than all optima, the best place of
+        a search from it is added. At a kink another search follows, from the best place of
+        populations about it.
+        """
         unsolved = list[Place]()
         for place in places[:_POLISHED]:
             if place.beyond or place.objective > self.least - KEPT:
@@ -160,9 +168,10 @@ class Optimisation:
     def unsolved(self, place: Place) -> LocalOptimum:
         """Best place of a search from one, taken without solved conditions, and what bounds it.
 
-        It is a basin boundary if the start state settles neither on the best motion that
-        continuation finds nor on another one there that is better. Without better motions and a
-        given margin it is a bifurcation next to the place. Else it is a kink.
+        It is a basin boundary if the search finds better motions, and the start state settles
+        neither on the best of them nor on another one there that is better than the place. If it
+        settles on the best, or none is better, it is the bifurcation of a motion with a multiplier
+        above 1 - MARGIN, if no margin is given. Else it is a kink.
         """
         level, kind = (place.beyond, place.objective - KEPT), KINK
         passed = local_search(self.program, place)[:_TRIED]
@@ -181,7 +190,10 @@ class Optimisation:
         return replace(found, kkt_satisfied=True, bifurcation=kind, limit=place.objective)
 
     def inset(self, place: Place, beyond: Vector) -> Place:
-        """Last place before a basin boundary on the way to one beyond, if it is better."""
+        """Last place before a basin boundary on the way to variables beyond it, by bisection.
+
+        It is the given place if that is better.
+        """
         last = place
         while abs(beyond - last.u).max() > CLOSE:
             middle = (last.u + beyond) / 2
@@ -193,7 +205,10 @@ class Optimisation:
         return min(place, last, key=lambda one: one.rank)
 
     def conclude(self, places: Sequence[Place]) -> Optimum:
-        """Best optimum, or why there is none, by the best places."""
+        """Result: the best optimum, or the reason why there is none.
+
+        `places` are the best ones of the searches.
+        """
         program, numbers = self.program, self.survey.cells.numbers
         if self.optima:
             return optimum_of(self.optimum)
