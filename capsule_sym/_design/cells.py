@@ -59,7 +59,10 @@ class Grid:
         return found & (self.rows[:, gaps].sum(axis=1) > 0) if len(gaps) > 1 else found
 
     def metrics(self, found: Performances) -> dict[str, Slope]:
-        """All metrics and parameters by name, (n,), in SI units if the system is a device."""
+        """All metrics (n,) and parameters by name, without derivatives: their slopes are 0.
+
+        In SI units if the system is a device.
+        """
         values, moduli = found.values, abs(found.multipliers[:, 0])
         at_rest = ~drifting(self.scene, self.rows, found.fields, values, moduli)
         values[at_rest[:, None] & np.isin(METRICS, ("velocity", "progression"))] = 0.0
@@ -71,7 +74,8 @@ class Grid:
 class Cells:
     """Values at n places: objective, slacks, and the period numbers of the motions.
 
-    Nothing has a unit yet. The objective is nan without a motion, and infinite if the function is
+    They are not divided by units. The objective is nan without a motion, and infinite if the
+    function is not finite. A slack is infinite without a motion, and -infinite if its function is
     not finite.
     """
 
@@ -90,11 +94,14 @@ class Cells:
         return Cells(*(getattr(self, one.name)[some] for one in fields(self)))
 
     def beyond(self, program: Program) -> Vector:
-        """Largest violation of a limit (n,), in units of the limits."""
+        """Largest violation of a limit (n,), in units of the limits; 0 if all hold."""
         return np.asarray(np.maximum(0.0, -(self.slacks / program.sizes).min(1, initial=np.inf)))
 
     def merit(self, program: Program) -> Vector:
-        """Objective over its unit (n,), BEYOND or more beyond limits; infinite if not finite."""
+        """Objective over its unit (n,), BEYOND or more beyond limits.
+
+        Infinite without a motion, and if the function is not finite.
+        """
         beyond = self.beyond(program)
         merit = np.where(beyond > KEPT, BEYOND * (1 + beyond), self.objective / program.unit)
         return np.where(np.isfinite(self.objective), merit, np.inf)
@@ -113,7 +120,7 @@ def together(parts: Sequence[Cells]) -> Cells:
 
 
 def evaluate(program: Program, u: Matrix) -> Cells:
-    """Values at places u (n, k), by runs from the start."""
+    """Values at places u (n, k), by runs from the start; unknown after the time limit."""
     parts = [_unknown(program, u[:0])]
     for first in range(0, len(u), _BLOCK):
         if len(u) > _BLOCK:
@@ -124,7 +131,7 @@ def evaluate(program: Program, u: Matrix) -> Cells:
 
 
 def _unknown(program: Program, u: Matrix) -> Cells:
-    """Places that no run has reached."""
+    """Places that are unknown."""
     slacks = np.full((len(u), len(program.sizes)), np.inf)
     return Cells(u, np.full(len(u), np.nan), slacks, np.full(len(u), UNKNOWN))
 

@@ -5,9 +5,9 @@ that are distant from each other, and the best of the others. All places are kep
 the best ones that no neighbour betters, distant from each other.
 
 Between its ends a front has one survey of both metrics. Of a random half of the places within the
-limits those have children to which no other is preferred in both metrics. A child differs from one
-of them, drawn evenly along the approximate front, by a share of the difference to another one, in
-single variables of the range.
+limits those have children that no other betters. A child differs from one of them, drawn evenly
+along the approximate front, by a random multiple of the difference to another one; in single
+variables it is a multiple of the range instead.
 The same places, with a bound on the second metric, show where a point of the front is searched.
 """
 
@@ -42,7 +42,7 @@ _APART = 0.02  # distance of two starts, a share of each range: nearer ones end 
 
 
 class Survey:
-    """Places of an optimisation and their units."""
+    """Places of an optimisation, and its problem with the units that they set."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -86,7 +86,10 @@ class Survey:
             self.evolved(bounds, init=np.array([*members.values()][:most]), atol=KEPT)
 
     def evolved(self, bounds: Sequence[tuple[float, float]], **begin: Any) -> Vector:
-        """Best place of a population within bounds after some generations."""
+        """Variables of the best place of a population within bounds, after at most 60 generations.
+
+        `begin` are further arguments of SciPy. All places are kept. Raises TimeUp.
+        """
         found = package("scipy.optimize").differential_evolution(
             lambda x: self.look(x.T.clip(0.0, 1.0)),
             bounds,
@@ -101,7 +104,10 @@ class Survey:
         return np.asarray(found.x.clip(0.0, 1.0))
 
     def starts(self, most: int) -> list[Vector]:
-        """The best places that none of their neighbours betters, distant from each other."""
+        """At most `most` places that none of their neighbours betters, the best first.
+
+        They are distant from each other, and of finite merit.
+        """
         different = np.unique(self.cells.u, axis=0, return_index=True)[1]
         cells = self.cells.of(np.sort(different))
         merit, (n, k) = cells.merit(self.program), cells.u.shape
@@ -115,7 +121,10 @@ class Survey:
         return chosen
 
     def _scale(self) -> None:
-        """Set the units of the objective and the limits."""
+        """Set the units of the objective and the limits; unchanged without any motion.
+
+        Raises InvalidInput as `run`.
+        """
         objective, moving = self.cells.objective, ~np.isnan(self.cells.objective)
         finite = objective[np.isfinite(objective)]
         if not len(finite):
@@ -134,7 +143,10 @@ class Survey:
         self.program = replace(self.program, unit=unit, limit_units=units)
 
     def _flat(self) -> str:
-        """Reason why the metric is constant; else empty."""
+        """Message that the metric is the same at all places with a motion; else empty.
+
+        It is also empty if all are beyond a limit, and for a single motion unless its metric is 0.
+        """
         cells = self.cells.of(~np.isnan(self.cells.objective))
         found, count = np.unique(cells.objective), len(cells)
         if len(found) != 1 or not np.isfinite(found[0]) or (count == 1 and found[0]):
@@ -151,7 +163,10 @@ _DRAWN = 0.5  # share of the places, at random, whose front has children: it dif
 
 
 class FrontSurvey(Survey):
-    """Places whose last limit is that the second metric is at most 0."""
+    """Places with both metrics of a front.
+
+    The second metric is the last limit, at most 0: its slack is the metric times -1.
+    """
 
     def __init__(self, first: Program, cost: Function, cost_range: float, seed: int) -> None:
         """`cost_range` is the unit of the second metric."""
@@ -161,7 +176,10 @@ class FrontSurvey(Survey):
         super().__init__(replace(first, limits=limits, limit_units=units))
 
     def both(self, cells: Cells) -> Matrix:
-        """Both metrics (n, 2) of places, to be minimised; infinite beyond limits."""
+        """Both metrics (n, 2) of places, to be minimised.
+
+        Infinite beyond limits, and without a motion or finite values.
+        """
         both = np.column_stack([cells.objective, -cells.slacks[:, self.count]])
         slacks = np.delete(cells.slacks / self.program.sizes, self.count, axis=1)
         beyond = (slacks < -KEPT).any(axis=1)
@@ -169,11 +187,11 @@ class FrontSurvey(Survey):
         return both
 
     def values(self, u: Matrix) -> Matrix:
-        """Both metrics (n, 2) of other places."""
+        """Both metrics (n, 2) of other places, which are not kept."""
         return self.both(evaluate(self.program, u))
 
     def bounded(self, bound: float) -> Survey:
-        """Survey of the first metric, with the second one at most at a bound."""
+        """Survey of these places by the first metric, with the second one at most at a bound."""
         program = self.program
         *limits, cost = program.limits
         cost = cost._replace(value=bound, text=f"{cost.text} <= {bound:.6g}")
@@ -183,7 +201,7 @@ class FrontSurvey(Survey):
         return found
 
     def evolve(self) -> None:
-        """Evaluate children of the best trade-offs, generation by generation."""
+        """Evaluate children of the best trade-offs, generation by generation; raises TimeUp."""
         for _ in range(_FRONTS if len(self.front) else 0):
             one, two = self._parents(), self._parents()
             step = 10 ** self.draw.uniform(*_STEPS, one.shape) * self.draw.normal(size=one.shape)
@@ -192,12 +210,12 @@ class FrontSurvey(Survey):
 
     @property
     def front(self) -> Matrix:
-        """Both metrics (n, 2) of the places that no other betters."""
+        """Both metrics (n, 2) of the places that no other betters, by increasing second metric."""
         both = self.both(self.cells)
         return both[trade_offs(both)]
 
     def _parents(self) -> Matrix:
-        """Places (count, k) drawn evenly along the front of some of the places."""
+        """Variables (256, k) of parents, drawn evenly along the front of half of the places."""
         both = self.both(self.cells)
         some = self.draw.permutation(np.flatnonzero(np.isfinite(both[:, 0])))
         some = some[: max(1, int(_DRAWN * len(some)))]
@@ -211,7 +229,10 @@ class FrontSurvey(Survey):
 
 
 def trade_offs(both: Matrix) -> NDArray[np.intp]:
-    """Those of places with both metrics (n, 2) that no other betters, by their second metric."""
+    """Indices of places with finite metrics that no other betters, by increasing second metric.
+
+    `both` are the metrics (n, 2), to be minimised. Of equal places one is taken.
+    """
     order = np.lexsort(both.T)
     before = np.minimum.accumulate(np.append(np.inf, both[order, 0]))[:-1]
     return np.asarray(order[both[order, 0] < before])
