@@ -55,7 +55,7 @@ class Piece:
         return self.program.by_u(rows)
 
     def at(self, u: Vector) -> Place | None:
-        """Place at variables, on the itinerary's orbit; None if it is lost."""
+        """Place at variables, on the itinerary's orbit; None if it is lost or not finite."""
         _, near = min(self.known, key=lambda one: float(abs(one[0] - u).max()))
         parameters = self.program.parameters_at(u)
         motion = same_itinerary_at(near, parameters) if parameters else None
@@ -64,7 +64,7 @@ class Piece:
             return None
         values, rows = place.slacks, place.slacks_by
         if margin := self.program.margin:
-            # The modulus of a multiplier has a root at a fold; the square of its slack is smooth.
+            # At a fold the slack varies as a square root: its square, with its sign, is smooth.
             stable = values[-1] + margin
             values[-1] = (stable * abs(stable) - margin**2) / (2 * margin)
             rows[-1] *= abs(stable) / margin
@@ -81,7 +81,7 @@ class Piece:
         return whole if whole.finite else None
 
     def beside(self, near: Place, u: Vector) -> Place | None:
-        """Place at variables, for a search."""
+        """Place at variables as by `at`, for a search; `near` has no effect."""
         return self.at(u)
 
 
@@ -90,8 +90,8 @@ def distances(orbit: Orbit | None) -> dict[_Name, tuple[float, Vector]]:
 
     By kind, segment, guard, and number in the order of time. The first half of a symmetric motion
     has none here, since their derivatives are not available. A segment that begins at a tangency
-    has a duration proportional to the root of the distance in the parameters: the square of its
-    duration is smooth.
+    has a duration proportional to the root of the distance in the parameters: its value is the
+    square of the duration, with its sign, which is smooth.
     """
     found = dict[_Name, tuple[float, Vector]]()
     if orbit is None or (itinerary := orbit.itinerary).mirrored:

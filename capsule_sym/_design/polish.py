@@ -35,7 +35,10 @@ _JUMP = 100  # times the change that the gradient explains: more is another moti
 
 
 def polish(program: Program, place: Place) -> LocalOptimum | None:
-    """Best place next to a given one, with a margin if stability bounds it; None if none is."""
+    """Local optimum next to a place, with a margin if stability bounds it.
+
+    It may be without solved conditions. None if the equations of the motion's orbit are not solved.
+    """
     found = _over_pieces(program, place)
     if found is None or program.margin is not None:
         return found
@@ -47,9 +50,10 @@ def polish(program: Program, place: Place) -> LocalOptimum | None:
 
 
 def with_limit(best: LocalOptimum) -> LocalOptimum:
-    """The same with the limit of the objective as the margin of stability goes to 0.
+    """The same with its bifurcation, and the limit of the objective as the margin goes to 0.
 
-    Along the optima the objective is a smooth function of the margin, also at a fold.
+    Along the optima the objective is a smooth function of the margin of stability, also at a fold.
+    The result is unchanged unless the margin is active, there and at optima of smaller margins.
     """
     place, values = best.place, list[float]()
     margins = min(best.program.margin or 0.0, MARGIN) / np.array([2, 4, 8])
@@ -79,7 +83,7 @@ def bifurcation_of(motion: Motion) -> str:
 def _over_pieces(program: Program, place: Place) -> LocalOptimum | None:
     """Best place next to a place, by at most three moves to a better piece.
 
-    It is no optimum if they do not suffice; None if the first piece has no equations.
+    It counts as not solved if they do not suffice; None if the first piece has no equations.
     """
     found = _on_piece(program, place)
     for _ in range(_PIECES):
@@ -119,7 +123,10 @@ def _on_piece(program: Program, place: Place) -> LocalOptimum | None:
 
 
 def _as_good(found: LocalOptimum, best: Place) -> bool:
-    """True if an optimum is as good as a place that exceeds its limits by rounding, or by more."""
+    """True if an optimum is as good as a place, or the place violates a limit.
+
+    What the place gains by violations within KEPT, by the multipliers, does not count.
+    """
     gained = float(found.multipliers @ np.maximum(-best.slacks, 0.0))
     return best.beyond > 0 or found.place.objective <= best.objective + gained + SOLVED
 

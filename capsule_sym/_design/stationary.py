@@ -68,7 +68,7 @@ class LocalOptimum:
 
     @property
     def active_borders(self) -> list[int]:
-        """Slacks that are borders and hold the place, those of the largest multipliers first."""
+        """Indices of slacks that are borders and hold the place, the largest multiplier first."""
         forces, limits = self.multipliers, len(self.program.texts)
         some = range(limits, len(forces))
         return sorted((i for i in some if forces[i] > SOLVED), key=lambda i: -forces[i])
@@ -106,7 +106,10 @@ def balanced(model: Program | Piece, place: Place, near: float = _ACTIVE[-1]) ->
 
 
 def _solved(model: Piece, place: Place, active: Mask) -> LocalOptimum:
-    """Best place of Newton's method with active slacks, and variables fixed at bounds nearby."""
+    """Best place of Newton's method with active slacks, and variables fixed at bounds nearby.
+
+    It is the one of the least residual, solved or not. Raises LinAlgError if an orbit is lost.
+    """
     sides, best = _sides(place.u), None
     free = sides == 0
     place = _at(model, np.where(free, place.u, sides > 0))
@@ -156,13 +159,13 @@ def _sides(u: Vector) -> Vector:
 
 
 def _lagrangian_by(model: Program | Piece, place: Place, multipliers: Vector) -> Vector:
-    """Derivatives of the Lagrangian by the variables, which bounds alone may hold."""
+    """Derivatives by the variables of the Lagrangian of the slacks, without bounds of variables."""
     held = multipliers @ model.by_u(place.slacks_by)
     return np.asarray(model.by_u(place.objective_by) - held)
 
 
 def _with(model: Program | Piece, place: Place, multipliers: Vector, sides: Vector) -> LocalOptimum:
-    """Place with the multipliers of its slacks."""
+    """Place with the multipliers of its slacks, those of bounds, and the test of its conditions."""
     left = _lagrangian_by(model, place, multipliers)
     bounds, slacks = -sides * left, np.where(multipliers > 0, abs(place.slacks), -place.slacks)
     residual = np.concatenate([abs(left[sides == 0]), slacks]).max(initial=0.0)
@@ -178,8 +181,9 @@ class _Enough(Exception):
 def local_search(model: Program | Piece, first: Place, most: int = MOST) -> list[Place]:
     """Places that SciPy's SLSQP passes from a place, of a program or on a piece, the best first.
 
-    At most so many are evaluated, each continued from the nearest one, and at most 25 without a
-    motion, which are left out. At the time limit they are those passed so far. Metrics are
+    The first place is one of them. At most so many are evaluated, each continued from the nearest
+    one, and at most 25 without a motion, which are left out. At the time limit they are those
+    passed so far, and TimeUp is not raised. Metrics are
     continuous across changes of itinerary: where their gradients jump the method stops beside the
     border.
     """
