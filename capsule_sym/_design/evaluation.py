@@ -38,7 +38,8 @@ _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 class Motion:
     """Steady motion and its dimensionless metrics, with derivatives by the parameters.
 
-    `itinerary` has the names of the fields.
+    It is given by `found`, the motion of the core over `period_number` excitation periods, or else
+    by its `orbit`. `itinerary` has the names of the fields.
     """
 
     def __init__(
@@ -89,7 +90,11 @@ class Motion:
 def drifting(
     scene: Scene, rows: Vector, fields: NDArray[Any], values: Vector, multipliers: ArrayLike
 ) -> NDArray[np.bool_]:
-    """Mask of motions that drift, by parameters (n, k), fields (n, m), METRICS (n, 7)."""
+    """Mask (n,) of motions that drift by more than rounding errors.
+
+    By parameters (n, k), fields (n, m) padded with 0, METRICS (n, 7) and largest moduli of
+    multipliers (n,), all dimensionless.
+    """
     facts = scene.facts
     touching = [field for field, (contact, _) in facts.FIELDS.items() if contact]
     metrics = dict(zip(METRICS, values.T, strict=True))
@@ -114,7 +119,10 @@ def _values(parameters: SceneParameters) -> Vector:
 def settle(
     parameters: SceneParameters, state: Sequence[float], phase: float = 0.0
 ) -> Motion | None:
-    """Motion on which a start settles; None without one, or if the core cannot decide its run."""
+    """Motion on which a start settles; None without one, or if the core cannot decide its run.
+
+    Raises TimeUp after the time limit, and InvalidInput for parameters outside the ranges of a run.
+    """
     row = _values(parameters)[None]
     found = settle_many(row, state, phase, gradients=True, scene=parameters.scene)
     check_time()
@@ -145,7 +153,11 @@ def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | N
 
 
 def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | None:
-    """The motion continued to other parameters, or the one on which it settles; None if lost."""
+    """The motion continued to other parameters, or the one on which it settles; None if lost.
+
+    A motion given by its orbit is run from the orbit's start until it settles. Raises TimeUp and
+    InvalidInput as `settle`.
+    """
     if motion.found is None:
         assert motion.orbit is not None
         return settle(parameters, *_start_of(motion.orbit, parameters))
@@ -205,7 +217,8 @@ def settle_many(
     """Motions on which starts (n, 3) settle, at rows (n, k) of the parameters of a scene.
 
     Runs that have not settled after `first` excitation periods continue for twice as long, and so
-    on, in stretches of at most `most`.
+    on, in stretches of at most `most`. A run is unknown if the core cannot decide more than
+    `max_open` switches of a stretch, and after the time limit.
     """
     count = len(rows)
     whole = _nothing(count, scene)
@@ -234,7 +247,7 @@ def settle_many(
 
 
 def _nothing(count: int, scene: Scene) -> Settled:
-    """Room for the motions of so many starts."""
+    """Result for so many starts, of which none has settled."""
     fields = np.zeros((count, MOST_SEGMENTS), np.uint8)
     records, stops = np.zeros(count, scene.records.ORBIT), np.zeros(count, np.int8)
     return Settled(Performances(records, stops, fields, scene), np.zeros(count, np.int64))
@@ -271,7 +284,10 @@ def _arrived(rows: Vector, marks: Vector, gradients: bool, scene: Scene) -> Sett
 
 
 def attracting(found: Performances, gradients: bool = False) -> NDArray[np.bool_]:
-    """Mask (n,) of motions that are closed, stable, and have finite values."""
+    """Mask (n,) of motions that are closed, stable, and have finite values.
+
+    With `gradients` their derivatives are finite too.
+    """
     with np.errstate(invalid="ignore"):
         good: NDArray[Any] = found.closed & (abs(found.multipliers[:, 0]) < 1)
     good &= np.isfinite(found.values).all(axis=1)

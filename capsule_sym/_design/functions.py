@@ -25,7 +25,10 @@ _POSITIVE = 1e-12  # least value of a positive parameter in a search without a b
 
 
 def allowed(system: System, name: str) -> tuple[float, float]:
-    """Least and largest value of a parameter of a system, dimensionless or a device's."""
+    """Least and largest value of a parameter of a system, dimensionless or a device's.
+
+    They may be infinite. The least one of a positive parameter is 1e-12.
+    """
     facts = system.scene.facts
     low = -math.inf if name in facts.SIGNED else _POSITIVE if name in facts.POSITIVE else 0.0
     tied, _ = facts.DRIVEN.get(name, (name, ""))
@@ -49,7 +52,7 @@ class Limit(NamedTuple):
 def function_of(field: str, metric: str | Function, system: System) -> Function:
     """Function of metrics and parameters, from a text of arithmetic or a callable.
 
-    Raises InvalidInput for other texts.
+    A callable is returned as it is. Raises InvalidInput for anything else.
     """
     if callable(metric):
         return metric
@@ -62,7 +65,10 @@ def function_of(field: str, metric: str | Function, system: System) -> Function:
 
 
 def limit_of(one: object, system: System) -> Limit:
-    """Constraint from a text such as "peak_force <= 2", or from (function, "<=", value)."""
+    """Constraint from a text such as "peak_force <= 2", or from (function, "<=", value).
+
+    Raises InvalidInput for anything else.
+    """
     must = 'a text such as "peak_force <= 2", or (function, "<=" or ">=", number)'
     given, text = one, one if isinstance(one, str) else ""
     if text:
@@ -89,7 +95,8 @@ def valued(field: str, function: Function, metrics: Mapping[str, Slope], text: s
     """A function of the metrics, with derivatives; nan where it is not finite.
 
     The metrics are those of one motion, or of n with values (n,). Raises InvalidInput for a
-    function that returns anything but arithmetic of the metrics.
+    function that fails, or returns anything but arithmetic of the metrics. Errors of arithmetic,
+    such as a division by 0, give nan.
     """
     name = text or named(function)
     must = "arithmetic (+ - * / **) of the metrics and parameters that the function gets by name"

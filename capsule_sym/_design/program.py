@@ -96,12 +96,15 @@ class Program:
         return np.where(u == 1.0, self.high, self.low + u * (self.high - self.low))
 
     def system_at(self, u: Vector) -> System:
-        """System at the scaled variables u."""
+        """System at the scaled variables u; raises InvalidInput if it is not allowed."""
         values = self.values_at(u).tolist()
         return self.system.replace(**dict(zip(self.names, values, strict=True)))
 
     def parameters_at(self, u: Vector) -> SceneParameters | None:
-        """Dimensionless parameters at scaled variables; None if the scene does not allow them."""
+        """Dimensionless parameters at scaled variables; None if the scene does not allow them.
+
+        They may be outside the ranges of a run.
+        """
         with suppress(InvalidInput):
             return dimensionless(self.system_at(u))
         return None
@@ -116,12 +119,18 @@ class Program:
         return np.asarray(by @ dimensionless_slopes(self.system_at(u)))
 
     def begin(self, u: Vector) -> Place | None:
-        """Place with the motion on which the start settles; None if there is none."""
+        """Place with the motion on which the start settles; None if there is none.
+
+        Raises TimeUp and InvalidInput as `settle`.
+        """
         parameters = self.parameters_at(u)
         return self.place(u, settle(parameters, self.start) if parameters else None)
 
     def beside(self, near: Place, u: Vector) -> Place | None:
-        """Place at other variables, its motion continued from a known one."""
+        """Place at other variables, its motion continued from a known one; None if it is lost.
+
+        Raises TimeUp and InvalidInput as `settle`.
+        """
         parameters = self.parameters_at(u)
         found = continue_motion(near.motion, parameters) if parameters else None
         return self.place(u, found)
@@ -170,8 +179,8 @@ class Program:
 def multiplier_by(motion: Motion) -> Vector:
     """Derivatives (p,) of the largest modulus of a multiplier along the branch; 0 without an orbit.
 
-    A multiplier m with left and right eigenvectors w and v changes with the matrix M by
-    `w dM v / (w v)`.
+    They are by the dimensionless parameters. A multiplier m with left and right eigenvectors w and
+    v changes with the matrix M by `w dM v / (w v)`.
     """
     orbit, count = motion.orbit, len(motion.parameters.scene.facts.PARAMETERS)
     if orbit is None:
