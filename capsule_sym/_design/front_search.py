@@ -51,7 +51,7 @@ class FrontSearch:
     """Search for the points of a front, from its ends inwards."""
 
     def __init__(self, program: Program, cost: Function, count: int) -> None:
-        """`count` points are wanted of a program against a cost."""
+        """At most `count` points are wanted of a program against a cost."""
         other = replace(program, function=cost, sign=1)
         self.searches = Optimisation(Survey(program)), Optimisation(Survey(other))
         self.names = program.name, other.name
@@ -76,7 +76,10 @@ class FrontSearch:
         self.done = True
 
     def between(self, low: FrontPoint, high: FrontPoint, samples: int, seed: int) -> None:
-        """Find the points between the ends, if there are any."""
+        """Find the points between the ends; a single one if an end is the best in both metrics.
+
+        Raises InvalidInput if one metric is not finite where the other is best, and TimeUp.
+        """
         for column, end in enumerate((high, low)):
             if not math.isfinite(end.both[1 - column]):
                 other, own = self.names[1 - column], self.names[column]
@@ -108,7 +111,7 @@ class FrontSearch:
         self.breaks = np.flatnonzero(self.gaps).tolist()
 
     def fill(self) -> None:
-        """Make points of the places of the survey's front that are the farthest from all points."""
+        """Make points, one by one, of the place of the survey's front farthest from all so far."""
         seen = [one.both for one in self.points]
         while len(self.points) < self.count:
             front = self.survey.front
@@ -123,7 +126,10 @@ class FrontSearch:
             self.add(found)
 
     def add(self, point: FrontPoint | None) -> None:
-        """Keep a point that no other betters, also as a place of the survey."""
+        """Add a point, if it is not None, and drop those that another one betters.
+
+        Its variables become a place of the survey.
+        """
         if point is None:
             return
         every = [*self.points, point]
@@ -131,9 +137,10 @@ class FrontSearch:
         self.survey.look(point.u[None])
 
     def point(self, bound: float) -> FrontPoint | None:
-        """Best of the first metric with the second one at most at a bound; None without a place.
+        """Best of the first metric with the second one at most at a bound.
 
-        Searches begin at the best two places of the survey that no neighbour betters.
+        None if no place within the limits is found. Searches begin at the best two places of the
+        survey that no neighbour betters.
         """
         search = Optimisation(self.survey.bounded(bound))
         places = search.descents(_PLACES)
@@ -152,7 +159,10 @@ class FrontSearch:
 
     @property
     def gaps(self) -> NDArray[np.bool_]:
-        """True for each step if one of three drives between is worse than both in a metric."""
+        """True for each pair of next points with a gap between them, shape (points - 1,).
+
+        Of three places evenly between their variables one is then worse than both in a metric.
+        """
         u, both = (np.array([getattr(one, name) for one in self.points]) for name in ("u", "both"))
         between = self.survey.values(np.linspace(u[:-1], u[1:], 5)[1:-1].reshape(-1, u.shape[1]))
         check_time()
@@ -201,7 +211,7 @@ class FrontSearch:
 
 
 class FrontPart(NamedTuple):
-    """Connected part of a front: its first and last point."""
+    """Connected part of a front: indices of its first and last point, from 0."""
 
     first: int
     last: int

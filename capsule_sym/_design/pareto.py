@@ -32,9 +32,9 @@ def pareto(
     """Pareto front of a metric to maximise, or minimise, against one to minimise.
 
     At most `points` points are spread along it, between its two ends, the optima of either
-    metric. Each is the optimum of the first metric, with the second at most that of a place that a
-    survey found. `parts` are connected: drives between those of two parts are worse. Otherwise the
-    search is as in `optimise`.
+    metric. Each of the others is the optimum of the first metric with a bound on the second.
+    `parts` are connected: parameters between those of two parts are worse. Otherwise the search is
+    as in `optimise`.
 
     Parameters
     ----------
@@ -63,7 +63,8 @@ def pareto(
         State (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion is the one
         on which it settles.
     samples : int, default 256, 1 to 1,000,000
-        Number of points of the survey of each metric.
+        Number of points of the survey of each metric; that of both metrics, between the ends,
+        begins with four times as many.
     seed : int, default 0, 0 to 10**12
         Seed of the surveys.
     max_seconds : float, default 60.0, above 0
@@ -82,7 +83,7 @@ def pareto(
     Raises
     ------
     InvalidInput
-        As in `optimise`, and where one metric is best and the other not finite.
+        As in `optimise`, and if one metric is not finite where the other is best.
 
     See Also
     --------
