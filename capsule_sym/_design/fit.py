@@ -82,7 +82,7 @@ def fit(
     seed : int, default 0, 0 to 10**12
         Seed of the random guesses.
     steps : int, default 200, 1 to 100,000
-        Largest number of steps of each least-squares solution. The loss of
+        Largest number of evaluations of the residuals in each least-squares solution. The loss of
         Cauchy takes three of these for a guess.
     max_seconds : float, default 600.0, above 0
         Time limit, in seconds of wall time.
@@ -95,8 +95,8 @@ def fit(
         Fitted `values` by name and `standard_errors`, in SI units if `system` is a device, else
         dimensionless; `status` and `message`; and `noise`, in units of each column's standard
         deviation. `success` is True for the status "converged".
-        After `max_seconds` it has the best values of the guesses that are finished, else those of
-        the first, and the status "time-limit".
+        After `max_seconds` it has the best values of the guesses that are finished, else the latest
+        values from the first, and the status "time-limit".
 
     Raises
     ------

@@ -54,7 +54,8 @@ def least(
     """Least squares from a guess, by SciPy, with unknowns scaled by the Jacobian.
 
     The robust loss begins as soft_l1, whose minimum is easier to reach; then its scale is that of
-    the residuals, and after it once more.
+    the residuals, and after it once more. Each time the residuals are evaluated at most `steps`
+    times. `success` is False without a motion up to the last of the times.
     """
     robust, x, scale = loss == "cauchy", np.clip(guess, *limits), _FIRST
     how: dict[str, Any] = {"bounds": limits, "x_scale": "jac", "max_nfev": steps} | _PRECISE
@@ -71,8 +72,8 @@ def least(
 def spread(residuals: Vector, unknown: int, robust: bool) -> float:
     """Standard deviation of the residuals, after a fit of so many unknowns.
 
-    A robust one is computed from the median of the largest residuals, since as many as there are
-    unknowns could be 0 (Street, Carroll and Ruppert, Am. Stat. 42, 152, 1988).
+    A robust one is computed from the median of all but the smallest `unknown` - 1 residuals, since
+    as many as there are unknowns could be 0 (Street, Carroll and Ruppert, Am. Stat. 42, 152, 1988).
     """
     if not robust:
         return math.sqrt(float(residuals @ residuals) / max(1, len(residuals) - unknown))

@@ -53,8 +53,8 @@ def measured(table: Mapping[str, ArrayLike]) -> Measured:
     """Measured series from columns: times `t` and one or more of x_r, x_c, x_m, v_r, v_c, v_m.
 
     A value that is nan, masked or pandas' NA is a gap. Raises InvalidInput for columns that are
-    missing, unknown, repeated, of other length, infinite or constant, and for times that are
-    missing or not ascending.
+    missing, unknown, repeated, of other length, empty, infinite, above 1e50 or constant, and for
+    times that are missing or not ascending.
     """
     check_names(table)
     names = [name for name in OF_STATE if name in table]

@@ -29,7 +29,7 @@ LOST = 1e3
 
 
 class _Continued(NamedTuple):
-    """Motion at values of the unknowns, and its times (n,); dimensionless."""
+    """Motion at values of the unknowns, and the different times (m,) of data; dimensionless."""
 
     run: Trajectory
     times: Vector
@@ -96,7 +96,7 @@ class Misfit:
         return np.where(found == 0.0, 1.0, found)
 
     def residuals(self, values: Vector) -> Vector:
-        """Residuals (n,); all are LOST for a motion that does not reach the last of the times."""
+        """Residuals (n,); all are LOST without a motion up to the last of the times."""
         motion = self._motion(values)
         if motion is None:
             return np.full(len(self.data.values), LOST)
@@ -129,7 +129,10 @@ class Misfit:
         return np.asarray((self._units(motion) / self.scales)[:, None] * each)
 
     def _motion(self, values: Vector) -> _Continued | None:
-        """Motion at these values; None if it does not reach the last of the times."""
+        """Motion at these values; None if it does not reach the last of the times.
+
+        Also None for values out of range for a run; raises InvalidInput if they are the guess.
+        """
         self.evaluations += 1
         self.progress(f"{self.doing}, {counted(self.evaluations, 'run')}")
         now = varied(self.system.scene, self.now(values), self.unknown)
@@ -182,7 +185,8 @@ _AROUND = 4.0  # factor about a guess of the frequency within which the spectrum
 def limits_of(problem: Misfit, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
     """Lower and upper bounds of the unknowns, each (k,).
 
-    Raises InvalidInput for bounds of another name, and for those that are not allowed.
+    They are infinite for a start without `bounds`. Raises InvalidInput for bounds of another name,
+    for those that are not allowed, and for a guess outside of them.
     """
     for name in bounds:
         check_one_of("bounds", name, problem.unknown)
@@ -203,9 +207,10 @@ def guesses(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: in
 
 
 def drawn(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: int) -> list[Vector]:
-    """Guesses between the bounds, or without bounds between half and twice the guess.
+    """Guesses between the bounds, or without an upper bound between half and twice the guess.
 
-    Without a bound a phase is anywhere in its period.
+    Without any bound a phase is anywhere in its period, and another value differs from the guess by
+    up to its size, or 1 if that is 0.
     """
     if not count:
         return []
@@ -221,7 +226,10 @@ def drawn(problem: Misfit, limits: tuple[Vector, Vector], count: int, seed: int)
 
 
 def spectral(problem: Misfit, limits: tuple[Vector, Vector]) -> list[Vector]:
-    """Guesses with the frequency of the drive at the spectrum's peak, its half and its double."""
+    """Guesses with the frequency of the drive at the spectrum's peak, its half and its double.
+
+    Only those within the limits; none if the frequency is known.
+    """
     name, data, guess = [*drives(problem.system)][1], problem.data, problem.guess
     if name not in problem.unknown:
         return []
