@@ -37,7 +37,10 @@ def units_in(system: System) -> dict[str, str]:
 
 
 def varied(scene: Scene, values: Mapping[str, float], by: Sequence[str]) -> Any:
-    """Values by name with derivatives (k,) by k of them, as a device's with all of its units."""
+    """Values of a system as attributes by name, with derivatives (k,) by the k of them in `by`.
+
+    Those of a device also have its `ratios()` and units.
+    """
     rows, none = dict(zip(by, np.eye(len(by)), strict=True)), np.zeros(len(by))
     return scene.values(
         **{name: Slope(value, rows.get(name, none)) for name, value in values.items()}
@@ -70,7 +73,8 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
 def with_units(metrics: Mapping[str, Slope], own: Any, system: System) -> dict[str, Slope]:
     """All metrics and parameters of one motion or of n, in SI units if the system is a device.
 
-    `own` are its parameters with derivatives, as those of the dimensionless `metrics` are.
+    `own` are its parameters, as by `varied`, with derivatives by the same parameters as those of
+    the dimensionless `metrics`.
     """
     device = isinstance(system, SceneDevice)
     with np.errstate(all="ignore"):
@@ -96,8 +100,8 @@ def with_derived(
     work = Slope(np.asarray(given.value), given.slope)
     forward = np.where(velocity.value < 0, -1.0, 1.0)
     way = metrics["progression"] * forward
-    # The cost of transport of a capsule without progression is infinite; without work the ratio is
-    # 0.
+    # The cost of transport of a capsule without progression is infinite; without work
+    # speed_per_work is 0.
     cost = Slope(math.inf, 0 * work.slope)
     with np.errstate(all="ignore"):
         for sign, bound in bounds.items():
@@ -119,7 +123,10 @@ def _where(condition: Any, one: Slope, other: Slope) -> Slope:
 
 
 def metric_of(orbit: Orbit, name: str) -> float:
-    """A dimensionless metric of an orbit; nan at a fold, where `performance` has no gradient."""
+    """A dimensionless metric or parameter of an orbit, by its name.
+
+    It is nan at a fold, where `performance` has no gradient. Raises InvalidInput for another name.
+    """
     try:
         found = performance(orbit)
     except np.linalg.LinAlgError:
