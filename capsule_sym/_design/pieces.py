@@ -64,7 +64,7 @@ class Piece:
             return None
         values, rows = place.slacks, place.slacks_by
         if margin := self.program.margin:
-            # At a fold the slack varies as a square root: its square, with its sign, is smooth.
+            # At a fold 1 - multiplier is like a square root: the square, with its sign, is smooth.
             stable = values[-1] + margin
             values[-1] = (stable * abs(stable) - margin**2) / (2 * margin)
             rows[-1] *= abs(stable) / margin
