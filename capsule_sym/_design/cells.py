@@ -25,7 +25,7 @@ from capsule_sym._parameters import Scene, SceneDevice
 from capsule_sym._systems import System, dimensionless, values_of
 
 BEYOND = 1e100
-"""Merit of a place beyond a limit by nothing: more than any objective."""
+"""Merit of a place just beyond a limit: more than any objective."""
 _BLOCK = 1024  # places between two looks at the time
 # Excitation periods of the first stretch of a run, after which most have settled at a damping of
 # 0.02, and of the last: those of chaos are lost.

@@ -11,6 +11,6 @@ POINTS = 2, 10_000
 STARTS = 0, 100_000
 """Further guesses of a fit."""
 STEPS = 1, 100_000
-"""Largest number of runs with derivatives for one guess of a fit."""
+"""Largest number of evaluations of the residuals in a least-squares solution."""
 SEED = 0, 10**12
 """Random seed of places or guesses."""

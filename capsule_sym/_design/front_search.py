@@ -31,7 +31,8 @@ from capsule_sym._orbits.quantities import of
 from capsule_sym._processes import sobol
 
 SAME = 1e-3
-"""Least difference of two points in both metrics, a share of the ranges of the front."""
+"""Least distance of a new place from the points, summed over both metrics, and least difference of
+a metric that counts; in ranges of the front."""
 _SEARCHES = 6  # for each end, fewer than those of an optimum: the survey may better it
 _PLACES = 2  # from which a point is searched: where a front jumps, two are nearly as good
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
@@ -59,7 +60,7 @@ class FrontSearch:
         self.points: list[FrontPoint] = []
         """Points by increasing second metric, of which none is better than another."""
         self.breaks: list[int] = []
-        """Points after which there is a gap."""
+        """Indices of points after which there is a gap."""
 
     @property
     def program(self) -> Program:
@@ -244,7 +245,8 @@ class Front(Result, Labelled):
     parts: tuple[FrontPart, ...]
     """Parts of the front, each with the indices of its `first` and `last` point, from 0.
 
-    Drives between those of two parts are worse."""
+    Parameters between those of two parts are worse. At the status "time-limit" gaps are not known,
+    and all points are one part."""
     status: Status
     """Status of the front."""
     message: str

@@ -44,7 +44,9 @@ class Piece:
         self.known = [(place.u, motion)]
         """Variables and motions of the places so far."""
         self.borders = dict[_Name, float]()
-        """Unit of each of the motion's inequalities: its slope by the variables."""
+        """Unit of each of the motion's inequalities: the norm of its slope by the variables.
+
+        Those of slope 0 are left out."""
         for name, (_, slope) in distances(motion.orbit).items():
             unit = float(np.linalg.norm(self.by_u(program.by_all(place.u, slope))))
             if 0 < unit < np.inf:

@@ -82,7 +82,7 @@ class Program:
     unit: float = 1.0
     """Divisor of the objective: its variation."""
     limit_units: tuple[float, ...] = ()
-    """Divisors of the limits' slacks; by default the limit, unless it is 0."""
+    """Divisors of the limits' slacks; by default the size of the limit, or 1 if that is 0."""
     progress: Callable[[str], object] = silent
     """Called with messages of progress."""
 

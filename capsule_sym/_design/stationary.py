@@ -54,8 +54,8 @@ class LocalOptimum:
     """True if the conditions of a minimum hold, and no piece beyond a border is better; also of a
     place that is taken as the best without conditions."""
     border: tuple[str, ...] = ()
-    """Itineraries of the pieces beside the place, its own first; empty if no border holds it, or
-    without solved conditions."""
+    """Itineraries of the pieces beside the place, its own first; empty if no border holds it, or if
+    it is taken without conditions."""
     bifurcation: str = ""
     """Bound of the best: loss of stability, lost motion beyond a border, basin boundary or kink."""
     limit: float = np.nan

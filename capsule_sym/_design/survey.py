@@ -50,7 +50,7 @@ class Survey:
         self.unknown = ""
         """Number of unknown places of the first survey, as a text; empty if there are none."""
         self.flat = ""
-        """Reason why no place is better than another."""
+        """Message that the metric is constant; empty if it is not."""
 
     def run(self, samples: int, seed: int) -> None:
         """Evaluate places all over the bounds; unless the metric is flat they set the units.
