@@ -27,10 +27,11 @@ from capsule_sym._parameters import SceneParameters
 class Attractor:
     """Stable closed orbit, and how many starts lead to it; dimensionless.
 
-    `number` is its number in a basin or a list, from 0 on. `count` is the number of starts, and
-    `fraction` its share of all starts, those without an attractor included. `interval` is the 95 %
-    confidence interval of the attractor's fraction of the region that the starts represent, by
-    Clopper and Pearson. It holds for practically independent starts.
+    `number` is its number in a basin or a list, from 0 on. `count` is the number of starts, 0 for
+    an orbit that was found near a run that did not settle on it. `fraction` is the share of all
+    starts, those without an attractor included. `interval` is the 95 % confidence interval of the
+    attractor's fraction of the region that the starts represent, by Clopper and Pearson. It holds
+    for practically independent starts.
     """
 
     number: int
@@ -68,7 +69,7 @@ class Attractor:
         return float(abs(self.orbit.multipliers[0]))
 
     def to_dict(self) -> dict[str, Any]:
-        """Attractor as plain values."""
+        """Itinerary, multipliers, states and counts by name, as numbers, texts and lists."""
         return orbit_record(self.orbit) | record(self, "number count fraction interval states")
 
 
@@ -108,7 +109,7 @@ class Attractors(Result, Labelled):
 
     @property
     def message(self) -> str:
-        """Number of attractors and of unsettled starts, as a sentence."""
+        """Numbers of starts, attractors and, if not 0, of unsettled starts, as a sentence."""
         found = len(self.attractors)
         lead = "leads" if self.starts == 1 else "lead"
         text = f"{counted(self.starts, 'start')} {lead} to {counted(found, 'attractor')}"
@@ -120,7 +121,7 @@ class Attractors(Result, Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Attractors as columns, shape (k,)."""
+        """Columns, shape (k,), with a row for each attractor."""
         names = "itinerary", "period_number", "progression", "multiplier", "count", "fraction"
         found = {name: np.array([getattr(one, name) for one in self.attractors]) for name in names}
         ends = np.reshape([one.interval for one in self.attractors], (-1, 2))
@@ -129,7 +130,10 @@ class Attractors(Result, Labelled):
 
 
 def closed_orbit(parameters: SceneParameters, cycle: Cycle) -> Orbit | None:
-    """Orbit of a cycle, solved in its itinerary; None if that fails."""
+    """Orbit of a cycle, solved in its itinerary, or on which a short run from it settles; or None.
+
+    Raises TimeUp if the present watch is over.
+    """
     state, number = cycle.states[0].tolist(), len(cycle.states)
     found = orbit_at(parameters, state, number)
     settled = found or solve_orbit(parameters, state, 0.0, 2 * number + 1)
@@ -139,10 +143,10 @@ def closed_orbit(parameters: SceneParameters, cycle: Cycle) -> Orbit | None:
 def collected(
     numbers: NDArray[Any], orbits: Sequence[Orbit | None]
 ) -> tuple[tuple[Attractor, ...], NDArray[np.int16]]:
-    """Attractors in the order of the most starts, and the starts' new numbers in that order.
+    """Attractors, that of the most starts first, and the number of each start in this order.
 
-    `numbers` has for each start the index of its orbit, or NONE; so has a start whose orbit is
-    None in the end.
+    `numbers` has for each start the index of its orbit, or NONE. Orbits that are None are left out;
+    their starts have the number NONE. Orbits that no start leads to are included, with count 0.
     """
     counts = np.bincount(numbers[numbers >= 0], minlength=len(orbits))
     order = [i for i in np.argsort(-counts, kind="stable").tolist() if orbits[i] is not None]

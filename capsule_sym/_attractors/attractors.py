@@ -1,4 +1,4 @@
-"""Attractors reached from a box of starts, and the fraction of starts for each."""
+"""Attractors reached from starts, given or in a box, and the fraction of the starts for each."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ def attractors(
 
     A start that settles on no attractor has the number -1. Its motion is chaotic, an orbit of more
     than 16 periods, a slow approach, or one that repeats but does not attract, or its run cannot be
-    decided. After `max_seconds` the result has the attractors found so far.
+    decided. After `max_seconds` the result has the attractors found so far; the other starts have
+    the number -1 too.
 
     Parameters
     ----------
@@ -56,21 +57,23 @@ def attractors(
         Number of points of a box. It has no effect on given states.
     phases : float or array_like of shape (n,), default 0, from 0 to below 2 pi/omega
         Phases of given states: times in the excitation period, dimensionless. A box has its own.
-    periods : int, default 4096, 2 or more
+    periods : int, default 4096, 2 to 10^12
         Length after which a run counts as unsettled, in excitation periods.
-    threads : int, default 1, 1 or more
+    threads : int, default 1, 1 to 10^12
         Number of threads.
     max_seconds : float, default 600, above 0
         Time limit, in seconds of wall time.
     progress : callable, optional
-        Function that is called with the number of settled starts and that of all starts.
+        Function that is called with the number of starts whose runs are over, and that of all
+        starts. The last call may have fewer than all.
 
     Returns
     -------
     Attractors
         `attractors` has that of the most starts first, each with `orbit`, `count`, `fraction` and
-        `interval`. `numbers` has the attractor number of each start, `unsettled` the number of
-        starts without one. `status` is "finished" or "time-limit".
+        `interval`. An orbit that was found, but that no start has reached, has the count 0.
+        `numbers` has the attractor number of each start, `unsettled` the number of starts without
+        one. `status` is "finished" or "time-limit".
 
     Raises
     ------
@@ -129,7 +132,10 @@ def attractors(
 def checked_starts(
     starts: Starts, count: int, phases: ArrayLike, parameters: SceneParameters
 ) -> tuple[Vector, Vector]:
-    """States (n, 3) and phases (n,) of starts; raises InvalidInput if they are not allowed."""
+    """States (n, 3) and phases (n,) of starts.
+
+    Raises InvalidInput for a wrong shape or a wrong box; ranges are checked by the runs.
+    """
     if not isinstance(starts, Mapping):
         states = np.atleast_2d(np.array(starts, dtype=float))
         if states.ndim != 2 or states.shape[1] != 3 or not len(states):
