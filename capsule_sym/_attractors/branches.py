@@ -26,8 +26,9 @@ from capsule_sym._parameters import SceneParameters
 class Change(NamedTuple):
     """Birth or death of an attractor: its interval, and the bifurcation of its branch.
 
-    All values are dimensionless, except a parameter in SI units to which others are tied. `value`
-    is nan and `bifurcation` None if no bifurcation was located; `message` gives the reason.
+    All values are dimensionless, except a parameter in SI units to which others are tied. `message`
+    has the itineraries before and after the bifurcation. If none was located, `value` is nan,
+    `type` "not located" and `bifurcation` None, and `message` gives the reason.
     """
 
     value: float
@@ -40,7 +41,7 @@ class Change(NamedTuple):
         return by_fields(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Change as plain values."""
+        """Change by name, as numbers, texts and lists, without its `bifurcation`."""
         return record(self, "value type interval message")
 
 
@@ -77,9 +78,9 @@ class AttractorBranch:
         return brief(self, f"{self.path.name} from {ends}", str(self.number))
 
     def orbit(self, i: int) -> Orbit:
-        """Periodic orbit at value i.
+        """Periodic orbit at `values[i]`, solved again at each call.
 
-        Raises InvalidInput if Newton's method finds none there, and IndexError for another i.
+        Raises InvalidInput if it is not found, and IndexError for an i outside the values.
         """
         found = closed_orbit(placed_at(self.path, self.base, self.values[i]), self.cycles[i])
         if found is None:
@@ -88,7 +89,7 @@ class AttractorBranch:
 
     @cached_property
     def shown(self) -> list[tuple[str, float]]:
-        """Itinerary and progression at each value."""
+        """Itinerary and progression at each value; raises InvalidInput as `orbit` does."""
         orbits = [self.orbit(i) for i in range(len(self.values))]
         return [(shown_itinerary(one), shown_progression(one.motion)) for one in orbits]
 
@@ -110,7 +111,7 @@ class AttractorBranch:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Branch as plain values: its columns, birth and death."""
+        """Columns, birth and death as numbers, texts and lists; raises as `columns` does."""
         return {**plain(self.columns), **record(self, "birth death")}
 
 
@@ -138,7 +139,7 @@ class ContinuedAttractors(Result, Labelled):
 
     @property
     def changes(self) -> tuple[Change, ...]:
-        """All births and deaths."""
+        """All births and deaths, attractor by attractor."""
         both = chain.from_iterable((one.birth, one.death) for one in self.branches)
         return tuple(one for one in both if one is not None)
 
@@ -157,13 +158,16 @@ class ContinuedAttractors(Result, Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Columns, shape (k,), with a row for each value of each attractor."""
+        """Columns, shape (k,), with a row for each value of each attractor.
+
+        There are none without attractors. Raises InvalidInput for an orbit that is not solved.
+        """
         parts = [one.columns for one in self.branches]
         names = list(parts[0]) if parts else []
         return {name: np.concatenate([of[name] for of in parts]) for name in names}
 
     def to_dict(self) -> dict[str, Any]:
-        """Result by name, as numbers, texts, lists and dicts."""
+        """Result by name, as numbers, texts, lists and dicts; raises as `columns` does."""
         told = {"parameter": self.name, "parameters": self.base.to_dict()}
         found = record(self, "values starts periods unsettled")
         return super().to_dict() | told | found | {"attractors": plain(self.branches)}

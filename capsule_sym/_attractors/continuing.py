@@ -2,8 +2,9 @@
 
 The starts run at all values at once. Attractors at neighbouring values are the same if the closed
 orbit continues from one value to the other and back, through changes of its itinerary. Otherwise
-the branch is continued between the two values, to the bifurcation at which the attractor is born or
-dies. An attractor that continues has the fraction 0 where no start leads to it.
+the branch is continued between the two values. If it reaches an attractor at the other value, both
+are the same; else it leads to the bifurcation at which the attractor is born or dies. An attractor
+that continues has the fraction 0 where no start leads to it.
 """
 
 from __future__ import annotations
@@ -46,10 +47,10 @@ def continue_attractors(
 
     The starts run at all values at once. Attractors at neighbouring values are the same if the
     closed orbit continues from one value to the other and back, through changes of its itinerary.
-    Where an attractor appears or disappears between two values, its branch is continued exactly
-    between them: `birth` and `death` have the bifurcation at which it becomes stable, loses
-    stability or ends. An attractor that no start reaches at some value is continued there too, with
-    the fraction 0.
+    Where this fails, the branch is continued exactly between the two values. If it does not reach
+    the other one, the attractor is born or dies there: `birth` and `death` have the bifurcation at
+    which it becomes stable, loses stability or ends. An attractor that no start reaches at some
+    value is continued there too, with the fraction 0.
 
     After `max_seconds` the result has what was found so far.
 
@@ -69,17 +70,19 @@ def continue_attractors(
         Number of points of a box. It has no effect on given states.
     phases : float or array_like of shape (n,), default 0, from 0 to below 2 pi/omega
         Phases of given states: times in the excitation period, dimensionless. A box has its own.
+        If omega varies, they are below 2 pi/omega at its largest value.
     ties : mapping of str to callable or str, optional
         Other parameters that vary with this one, as in `continue_orbit`: for each a function, or a
         text such as "0.5*omega**2".
-    periods : int, default 1024, 2 or more
+    periods : int, default 1024, 2 to 10^12
         Length after which a run counts as unsettled, in excitation periods.
-    threads : int, default 1, 1 or more
+    threads : int, default 1, 1 to 10^12
         Number of threads.
     max_seconds : float, default 600, above 0
         Time limit, in seconds of wall time.
     progress : callable, optional
-        Function that is called with the number of runs that are over and that of all runs.
+        Function that is called with the number of runs that are over and that of all runs. The
+        last call may have fewer than all; branches are continued after it.
 
     Returns
     -------
@@ -92,7 +95,8 @@ def continue_attractors(
     Raises
     ------
     InvalidInput
-        For a value outside its range, an unknown parameter, and values that do not ascend.
+        For a value outside its range, an unknown parameter, and values that do not ascend. Also for
+        starts as `attractors`, and for ties as `continue_orbit`.
 
     See Also
     --------

@@ -39,12 +39,18 @@ class Links:
         self.ends: dict[int, dict[_Cell, Change]] = {1: {}, -1: {}}
 
     def link(self) -> None:
-        """Continue every orbit to the next values on both sides, or to a bifurcation before."""
+        """Continue every orbit to the next values on both sides, or to its branch's end before.
+
+        Raises TimeUp if the present watch is over; the links found remain.
+        """
         while any([self._linked(1), self._linked(-1)]):
             pass
 
     def branches(self, numbers: NDArray[np.int16]) -> tuple[AttractorBranch, ...]:
-        """Attractors along the parameter, from the orbit numbers, (m, n), of all starts."""
+        """Attractors along the parameter, from the orbit numbers, (m, n), of all starts.
+
+        They are in the order of their first values, and of the most starts there.
+        """
         found, total = list[AttractorBranch](), numbers.shape[1]
         counts = {cell: int((numbers[cell[0]] == cell[1]).sum()) for cell in self._cells()}
         heads = [cell for cell in self._cells() if cell not in self.next[-1]]
@@ -68,7 +74,7 @@ class Links:
         return self.known.cycles[cell[0]][cell[1]]
 
     def _open(self, cell: _Cell, side: int) -> bool:
-        """True if an orbit has to be continued to a side."""
+        """True if an orbit has still to be continued to a side."""
         linked = cell in self.next[side] or cell in self.ends[side]
         return not linked and 0 <= cell[0] + side < len(self.values)
 
@@ -86,7 +92,7 @@ class Links:
         return Change(at.value, at.type, (low, high), at, passed)
 
     def _linked(self, side: int) -> bool:
-        """Continue the orbits that are open on a side; True if there are any."""
+        """Continue the orbits that are open on a side; True if there were any."""
         cells = [cell for cell in self._cells() if self._open(cell, side)]
         # Orbits are the same that lead to each other by a step along their tangent, and one back.
         there = self._carried(cells, [self._cycle(cell) for cell in cells], side)
@@ -104,7 +110,10 @@ class Links:
     def _carried(
         self, cells: Sequence[_Cell], cycles: Sequence[Cycle], side: int
     ) -> list[Cycle | None]:
-        """Orbits at the next value, of as many periods, to which orbits lead."""
+        """Orbit of as many periods to which each leads at the next value, by Newton's method.
+
+        Its guess is a step along the tangent. None if it finds no stable orbit nearby.
+        """
         if not cells:
             return []
         rows, here = self.known.rows, np.array([i for i, _ in cells])
@@ -117,7 +126,7 @@ class Links:
         return [one if one and len(one.states) == count else None for one, count in found]
 
     def _join(self, cell: _Cell, cycle: Cycle, side: int) -> None:
-        """Identify an orbit at the next value with the attractor here."""
+        """Identify an orbit at the next value with the attractor here, unless another one is."""
         row = cell[0] + side
         other = row, self.known.numbered([row], [cycle])[0]
         if other not in self.next[-side]:
@@ -132,7 +141,7 @@ class Links:
         return found
 
     def _follow(self, cell: _Cell, side: int) -> None:
-        """Continue a branch from an orbit to the next value, or to its end."""
+        """Continue a branch from an orbit to the next value, or record its end before."""
         check_time()
         i, lost, why = cell[0], None, "the orbit's equations are not solved"
         orbit = closed_orbit(placed_at(self.path, self.base, self.values[i]), self._cycle(cell))
@@ -154,6 +163,7 @@ class Links:
         """Period doubling at which a branch of doubled orbits retraces itself.
 
         It is sought on the orbit of half the period beyond it, since border collisions may hide it.
+        None if it is not found.
         """
         turn = max(branch.points, key=lambda point: side * point.value)
         low, high = sorted(self.values[[cell[0], cell[0] + side]])
