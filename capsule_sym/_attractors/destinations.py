@@ -1,7 +1,8 @@
 """Destinations of starts: runs of many starts at many parameter sets, until each has settled.
 
-A run has arrived at an orbit once it is within a neighbourhood that the map carries into itself.
-Unknown orbits are solved by Newton's method from ends of runs that nearly repeat.
+A run has arrived at an orbit once it is within a neighbourhood that the map carries into itself, or
+repeats itself there. Unknown orbits are solved by Newton's method from ends of runs that nearly
+repeat.
 """
 
 from __future__ import annotations
@@ -34,25 +35,31 @@ _BLOCK = 4096  # runs that are followed together, and kept at a time limit: some
 
 
 class Cycle(NamedTuple):
-    """Stable closed orbit: its states at phase 0, (period_number, 3), and largest multiplier."""
+    """Stable closed orbit: its states at phase 0, (period_number, 3), and `multiplier`.
+
+    That is the largest modulus of the Floquet multipliers of one period of the orbit.
+    """
 
     states: Vector
     multiplier: float
 
     def distance(self, states: Vector) -> Vector:
-        """Distance of each state, (n, 3), from the nearest one of the orbit, (n,)."""
+        """Distance of each state, (n, 3), from the nearest one of the orbit, (n,).
+
+        It is the largest absolute entry of their difference.
+        """
         each = [abs(states - state).max(axis=1) for state in self.states]
         return np.asarray(np.min(each, axis=0))
 
     def same(self, other: Cycle) -> bool:
-        """True if both are the same orbit."""
+        """True if both have as many states, within 1e-8 times 1 + the largest entry of `self`."""
         scale = _SAME * (1 + abs(self.states).max())
         alike = self.states.shape == other.states.shape
         return alike and bool(self.distance(other.states).max() <= scale)
 
 
 class Arrivals(NamedTuple):
-    """Attractors reached by n runs, with their final states; each array has one row a run."""
+    """Attractors reached by n runs, with their last states; each array has one row a run."""
 
     numbers: NDArray[np.int16]
     """Number of the attractor, NONE if it is an unknown one or none is reached."""
@@ -63,13 +70,13 @@ class Arrivals(NamedTuple):
 
     @classmethod
     def begun(cls, states: Vector) -> Arrivals:
-        """Arrivals before the first period: no attractor yet, states (n, 3) of the starts."""
+        """Arrivals before the first period: no attractor, a copy of the start states (n, 3)."""
         n = len(states)
         return cls(np.full(n, NONE, np.int16), np.zeros(n, bool), states.copy())
 
 
 class KnownOrbits(Runs):
-    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`."""
+    """Parameter sets, `rows` (m, k), and the known stable orbits of each, `cycles`."""
 
     def __init__(self, rows: Vector, scene: Scene, threads: int = 1, share: float = 1.0) -> None:
         super().__init__(scene, threads, share)
@@ -79,7 +86,10 @@ class KnownOrbits(Runs):
         """Row, number of the orbit there, centre and axes of ellipsoids that the map shrinks."""
 
     def numbered(self, groups: Sequence[int], cycles: Sequence[Cycle | None]) -> list[int]:
-        """Number of each orbit among those of its row; unknown ones are added. NONE for None."""
+        """Number of each orbit among those of its row, NONE for None.
+
+        Unknown ones are added, with their neighbourhoods.
+        """
         numbers, new = list[int](), list[tuple[int, int, Cycle]]()
         for row, cycle in zip(groups, cycles, strict=True):
             if cycle is None:
@@ -105,7 +115,10 @@ class KnownOrbits(Runs):
         self.near += [one for one in found if np.isfinite(one[-1]).all()]
 
     def inside(self, groups: NDArray[np.intp], states: Vector) -> NDArray[np.int16]:
-        """Number of the orbit in whose neighbourhood each state is, at its row, (n,)."""
+        """Number of the orbit of its row in whose neighbourhood each state is, (n,), NONE for none.
+
+        The states, (n, 3), are at phase 0.
+        """
         numbers, least = np.full(len(states), NONE, np.int16), np.ones(len(states))
         for row, number, centre, axes in self.near:
             here = np.flatnonzero(groups == row)
@@ -123,11 +136,12 @@ class KnownOrbits(Runs):
         *,
         report: Callable[[int], object] | None = None,
     ) -> Arrivals:
-        """Continue n runs until they have arrived, for at most so many excitation periods.
+        """Continue n runs in place until they have arrived, for at most so many excitation periods.
 
-        `groups`, (n,), is the row of each run's parameters, `phases` are those of the starts.
-        Unknown orbits are solved and added. `report` is called with the number of runs that are
-        over. Raises TimeUp if the present watch is over; the runs keep their last states.
+        `groups`, (n,), is the row of each run's parameters, `phases` are those of the starts. A run
+        is computed in parts of 4, 8, 16, ... periods. Unknown orbits are solved and added. `report`
+        is called with the number of runs that are over. Raises TimeUp if the present watch is over;
+        the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
         numbers, undecided, ends = runs
@@ -159,13 +173,13 @@ class KnownOrbits(Runs):
         periods: NDArray[Any],
         settled: NDArray[np.bool_],
     ) -> NDArray[np.int16]:
-        """Numbers of the orbits on which runs end, (n, 3); unknown orbits are solved and added.
+        """Number of the orbit on which each run ends, (n,); unknown orbits are solved and added.
 
-        The runs repeat themselves after `periods`, (n,), or never if it is 0. Ends outside the
-        known neighbourhoods are closed by Newton's method, of each row first one, then twice as
-        many each time: most of the others are in the neighbourhoods of the first orbits. An end
-        that is not `settled` is numbered only within a neighbourhood. Ends without a stable orbit
-        have the number NONE.
+        `ends`, (n, 3), are states at phase 0. The runs nearly repeat after `periods`, (n,), or
+        never if it is 0. Ends outside the known neighbourhoods are closed by Newton's method, of
+        each row first one, then twice as many each time: most of the others are in the
+        neighbourhoods of the first orbits. An end that is not `settled` is numbered only within a
+        neighbourhood. Ends without a stable orbit have the number NONE.
         """
         numbers, most = self.inside(groups, ends), 1
         left = np.flatnonzero((numbers == NONE) & (periods > 0))
@@ -210,7 +224,11 @@ class KnownOrbits(Runs):
     def closed(
         self, groups: NDArray[np.intp], states: Vector, periods: NDArray[Any], near: float = _NEAR
     ) -> list[Cycle | None]:
-        """Stable orbits that Newton's method finds near states at phase 0, None for none."""
+        """Stable orbits that Newton's method finds near states at phase 0, (n, 3); None for none.
+
+        They have `periods`, (n,), or a divisor of it. `near` is the largest distance from the
+        state, over 1 + its largest entry.
+        """
         rows = self.rows[groups]
         centres, monodromies, _ = self.close(rows, states, periods)
         multipliers, scales = spectral_radii(monodromies), 1 + abs(states).max(axis=1)
@@ -228,7 +246,10 @@ class KnownOrbits(Runs):
     def _marks(
         self, rows: Vector, states: Vector, phases: ArrayLike, periods: int
     ) -> tuple[NDArray[np.intp], Vector]:
-        """Indices of runs that succeed, and their states at the last marks, (n, marks, 3)."""
+        """Indices of the runs that succeed, and their states at the last marks, (n, marks, 3).
+
+        The marks are the last min(16, periods - 1) + 1 ends of periods.
+        """
         short = min(LONGEST, periods - 1)
         run = self.run(rows, states, phases, periods - short)
         good = np.flatnonzero(run.success)
@@ -238,7 +259,10 @@ class KnownOrbits(Runs):
 
 
 def _changes(marks: Vector) -> tuple[Vector, NDArray[np.intp]]:
-    """Least change of runs over some periods, relative to their size, and the periods; (n,)."""
+    """Least change of runs from an earlier mark to the last one, and the periods between; (n,).
+
+    The change is over 1 + the largest entry of the marks, (n, marks, 3).
+    """
     change = abs(marks[:, -2::-1] - marks[:, -1:]).max(axis=2)
     change /= 1 + abs(marks).max(axis=(1, 2))[:, None]
     least = change.min(axis=1)
@@ -248,7 +272,10 @@ def _changes(marks: Vector) -> tuple[Vector, NDArray[np.intp]]:
 
 
 def _once(marks: Vector, number: int, multiplier: float, scale: float) -> Cycle | None:
-    """Orbit from its marks over so many periods, or over a divisor after which it repeats."""
+    """Orbit from its marks over so many periods, or over the least divisor after which it repeats.
+
+    None if it does not repeat. `multiplier` is that of all these periods.
+    """
     for part in range(1, number + 1):
         if not number % part and abs(marks[part] - marks[0]).max() <= _SAME * scale:
             return Cycle(marks[:part].copy(), multiplier ** (part / number))
@@ -256,9 +283,9 @@ def _once(marks: Vector, number: int, multiplier: float, scale: float) -> Cycle 
 
 
 def known_orbits(orbits: Sequence[Orbit], threads: int = 1, share: float = 1.0) -> KnownOrbits:
-    """Stable orbits of one parameter set, in this order.
+    """Stable orbits of one parameter set, in this order; equal ones count once.
 
-    Raises InvalidInput for orbits that are unstable, or not at the same parameters.
+    Raises InvalidInput without orbits, for unstable ones, and for different parameters.
     """
     if not orbits:
         raise InvalidInput("orbits", orbits, "one orbit or more")

@@ -2,8 +2,8 @@
 
 A neighbourhood of an orbit's state at phase 0 is an ellipsoid. Its shape follows from the monodromy
 matrix M: with P - (M/q)^T P (M/q) = 1, q = (1 + rho)/2 and rho the spectral radius, the linear map
-shrinks the norm (x^T P x)^(1/2) at least by q. The size up to which this holds for the map itself
-is tested on shells about the state, each a quarter of the one before.
+shrinks the norm (x^T P x)^(1/2) at least by q. The size up to which the map itself shrinks it, at
+least by (1 + q)/2, is tested on shells about the state, each a quarter of the one before.
 """
 
 from __future__ import annotations
@@ -67,8 +67,9 @@ class Runs:
     ) -> tuple[Vector, Vector, Vector]:
         """Orbits of so many periods near states at phase 0, (n, 3), with or without the core.
 
-        Their states, monodromy matrices and derivatives of the states by the parameters, not finite
-        where Newton's method finds none.
+        Their states (n, 3), monodromy matrices (n, 3, 3) and derivatives of the states by the
+        parameters (n, 3, k), not finite where Newton's method finds none. Without the core all
+        derivatives are nan.
         """
         if core_of(self.scene) is not None:
             how: dict[str, Any] = {"threads": self.threads, "scene": self.scene}
@@ -89,7 +90,8 @@ class Runs:
         """Axes, (m, 3, 3), of ellipsoids |(x - centre) @ axes| <= 1 that the map carries inward.
 
         `centres`, (m, 3), are states at phase 0 of stable orbits of `periods`, (m,), at the
-        parameters `rows`, (m, k). The axes are infinite or nan where no ellipsoid is found.
+        parameters `rows`, (m, k). The map shrinks the ellipsoid in one turn of the orbit, or in 2
+        to 32 if one is not enough. The axes are infinite or nan where no ellipsoid is found.
         """
         _, monodromies, _ = self.close(rows, centres, periods)
         for i in np.flatnonzero(~np.isfinite(monodromies).all(axis=(1, 2))).tolist():
@@ -141,13 +143,16 @@ def _norms(monodromies: Vector) -> tuple[Vector, Vector]:
 
 
 def states_at(trajectory: Trajectory, times: Vector) -> Vector:
-    """States of an orbit, one period of it, at times from 0 to its end, (n,); shape (n, 3)."""
+    """States (n, 3) of an orbit at times (n,) from phase 0 on, within one period of the orbit.
+
+    `trajectory` is one period of it, from any phase on.
+    """
     first, end = trajectory.span
     inside = np.where(times < first, times + (end - first), times)
     return np.asarray(trajectory(np.clip(inside, first, end)))
 
 
 def stroboscopic(orbit: Orbit) -> Vector:
-    """States of an orbit at phase 0, shape (period_number, 3)."""
+    """States of a whole orbit at phase 0, in the order of time, shape (period_number, 3)."""
     times = np.arange(0.0, orbit.itinerary.period_number) * orbit.parameters.period
     return states_at(orbit.trajectory(), times)
