@@ -28,7 +28,7 @@ _LONGEST = 2**16  # excitation periods within which the end of a transient is lo
 class PulseWindow(NamedTuple):
     """Pulses that lead to the end: periods, starting period of the motion, and range of values.
 
-    In SI units if the system is a device, else dimensionless.
+    `low` and `high` are in SI units if the system is a device, else dimensionless.
     """
 
     periods: int
@@ -49,9 +49,10 @@ class PulseWindow(NamedTuple):
 class Pulse(Result, Labelled):
     """A change of the drive for some periods that leads from one attractor to another.
 
-    In SI units if the system is a device, else dimensionless. Without a pulse `value`, `work`,
-    `interval` and `state` are nan, `periods`, `transient` and `duration` 0, and `runs` and `drives`
-    raise InvalidInput.
+    In SI units if the system is a device, else dimensionless. `windows` are those of the fewest
+    periods; only the widest, `interval`, is confirmed. Without a pulse `value`, `work`,
+    `interval` and `state` are nan, `periods`, `begins`, `transient` and `duration` 0, and `columns`
+    empty; `runs` and `drives` raise InvalidInput.
     """
 
     _of_system = True
@@ -98,7 +99,8 @@ class Pulse(Result, Labelled):
     def runs(self) -> tuple[Trajectory, Trajectory, Trajectory]:
         """Runs of two periods before the pulse, during it, and after it; dimensionless.
 
-        Raises InvalidInput if no pulse was found.
+        The last one ends four periods after the transient. Raises InvalidInput if no pulse was
+        found.
         """
         if not self.periods:
             raise InvalidInput("pulse", self, "a result with a pulse")
@@ -116,10 +118,10 @@ class Pulse(Result, Labelled):
 
     @cached_property
     def transient(self) -> int:
-        """Excitation periods after the pulse until states at phase 0 are near to those of `end`.
+        """Excitation periods after the pulse until states at phase 0 stay near to those of `end`.
 
-        That is within 0.001 times 1 + the largest absolute entry of these, dimensionless. 65,537 if
-        they do not come near within 65,536 periods, and 0 without a pulse.
+        That is within 0.001 times (1 + the largest absolute entry of these), dimensionless. 65,537
+        if they are not near after 65,536 periods, and 0 without a pulse.
         """
         if not self.periods:
             return 0
@@ -142,7 +144,7 @@ class Pulse(Result, Labelled):
 
     @property
     def times(self) -> tuple[float, float, float]:
-        """Times of the start and end of the pulse, and of the end of the transient."""
+        """Times of the start of the pulse, 0, of its end, and of the end of the transient."""
         if not self.periods:
             return 0.0, 0.0, 0.0
         usual, changed = self.drives
@@ -153,7 +155,8 @@ class Pulse(Result, Labelled):
     def columns(self) -> dict[str, NDArray[Any]]:
         """Time, changed parameter, force of the drive, x_r and x_c, 100 times a period, (n,).
 
-        The pulse begins at time 0; two periods are before it, four after its transient.
+        The pulse begins at time 0 and x_c = 0; two periods are before it, four after its transient.
+        The names are "time", that of the parameter, "drive", "x_r" and "x_c".
         """
         names = ("time", self.parameter, "drive", "x_r", "x_c")
         if not self.periods:
@@ -186,14 +189,14 @@ def pulsed(system: System, name: str, value: float) -> SceneParameters:
 
 
 def longest(end: Orbit) -> int:
-    """Excitation periods in which a pulse leads to an orbit, or counts as leading elsewhere.
+    """Excitation periods after a pulse within which it has to lead to an orbit.
 
-    The orbit attracts by e^14, to 1e-6, in the time beyond 512 of them.
+    They are 512, and those in which the orbit attracts by e^14, to 1e-6.
     """
     rate = -math.log(max(abs(end.multipliers[0]), 1e-3))
     return 512 + math.ceil(14 * end.itinerary.period_number / rate)
 
 
 def unit_of(system: System, quantity: str) -> float:
-    """SI unit of a quantity if the system is a device, else 1."""
+    """SI unit of a quantity, as a factor, if the system is a device, else 1."""
     return system.scale(quantity) if isinstance(system, SceneDevice) else 1.0

@@ -30,7 +30,7 @@ from capsule_sym._parameters import SceneDevice
 from capsule_sym._systems import System, check_parameter, dimensionless, drives
 
 _INSIDE = 100  # values within a window by which it is confirmed: a finer structure is found
-_FINEST = 1e-9  # least spacing of values, over the range: the accuracy of a window's ends
+_FINEST = 1e-9  # least spacing of values, over the range: the best accuracy of a window's ends
 _END = 1  # number of the end attractor among the known ones
 
 
@@ -54,10 +54,12 @@ def switch_by_pulse(
 
     `values` are tried first for each number of periods, four times as many if none of them leads to
     the end. More are tried between those that lead to different attractors: much narrower intervals
-    are found beside basin boundaries. The value is the middle of the widest interval. The end of
-    a run is unknown if the core cannot decide more than 100 of its segments, or if it is not over
-    within a tenth of the time left. It counts as leading elsewhere if it takes more than 512
-    periods beyond those in which the end orbit attracts by a factor of 1e6.
+    are found beside basin boundaries. The value is the middle of the widest interval.
+
+    A run is computed in parts of growing length. Its end is unknown, and the pulse not taken, if
+    the core cannot decide more than 100 segments of a part, or if a part is not over within a tenth
+    of the time left. It counts as leading elsewhere if it takes more than 512 periods beyond those
+    in which the end orbit attracts by a factor of 1e6.
 
     Parameters
     ----------
@@ -94,8 +96,8 @@ def switch_by_pulse(
     Raises
     ------
     InvalidInput
-        For orbits that are equal, not stable or at different parameters. Also for an unknown
-        parameter of the drive, and for a value outside its range.
+        For orbits that are equal, not stable or at different parameters, and for a `base` of other
+        parameters. Also for an unknown parameter of the drive, and for a value outside its range.
 
     See Also
     --------
@@ -136,7 +138,10 @@ def switch_by_pulse(
 
 
 class PulseSearch:
-    """Windows of pulses of the fewest periods, and the widest one, `best`."""
+    """Windows of pulses of the fewest periods, and the widest one, `best`, None for none.
+
+    Raises InvalidInput for orbits that are equal, not stable or at different parameters.
+    """
 
     def __init__(self, start: Orbit, end: Orbit, system: System, name: str) -> None:
         self.ends = whole_orbit(start), whole_orbit(end)
@@ -154,7 +159,11 @@ class PulseSearch:
     def run(
         self, ends: tuple[float, float], most: int, values: int, report: Callable[[str], object]
     ) -> None:
-        """Find the windows of the fewest periods, and confirm the widest one."""
+        """Find the windows of the fewest periods, and confirm the widest one.
+
+        `ends` are the bounds of the value, `most` is the largest number of periods, `values` the
+        number of values. Sets status and message. Raises TimeUp if the present watch is over.
+        """
         for periods in range(1, most + 1):
             report(f"pulses of {periods} of {counted(most, 'period')}")
             begins = range(len(self.known.cycles[0][0].states))
@@ -177,7 +186,10 @@ class PulseSearch:
         self.message = f"no pulse {pulses} leads to the other attractor"
 
     def parts(self, window: PulseWindow, count: int) -> list[PulseWindow]:
-        """Parts of a range in which pulses lead to the end, ascending, from `count` values on."""
+        """Parts of a range in which pulses lead to the end, ascending.
+
+        `count` values are tried first, and up to ten times as many in all.
+        """
         values = np.linspace(window.low, window.high, count)
         reached = self.reached(window, values)
         most = 10 * count  # beside a fractal boundary values differ down to the least spacing
@@ -199,7 +211,10 @@ class PulseSearch:
         return [window._replace(low=low, high=high) for low, high in found]
 
     def reached(self, window: PulseWindow, values: Vector) -> NDArray[np.int16]:
-        """Number of the attractor to which each pulse of these values leads, (n,)."""
+        """Number of the attractor to which each pulse of these values leads, (n,).
+
+        NONE if it is unknown, or not reached in time.
+        """
         rows = self.known.rows.repeat(len(values), axis=0)
         rows[:, self.column] = values * self.factor
         begin = self.known.cycles[0][0].states[[window.begins]].repeat(len(values), axis=0)
