@@ -34,8 +34,8 @@ class Shock(Result):
     The knock loses the motion. With the status "found" the motion returns after one smaller by a
     share of 2e-6, and the least size is the same within the relative `accuracy`, unless another
     part of the boundary is nearer. At a time limit the knock is the smallest one so far. If no
-    knock was found, it and its related values are None, and `size` is the radius up to which knocks
-    were tried, at a time limit that of the ones being tried.
+    knock was found, `knock`, `phase`, `start`, `state` and `attractor` are None, and `size` is the
+    radius up to which knocks were tried, at a time limit that of the ones being tried.
     """
 
     orbit: Orbit
@@ -67,7 +67,7 @@ class Shock(Result):
 
     @property
     def state(self) -> Vector | None:
-        """State after the knock, on the boundary, shape (3,)."""
+        """State after the knock, next to the boundary, shape (3,); None without a knock."""
         if self.start is None or self.knock is None:
             return None
         return np.asarray(self.start + self.knock)
@@ -119,9 +119,10 @@ def minimal_shock(
     loses the motion.
 
     The shock leads to the nearest point of the boundary, within 1e-4 of its size. It is not proved
-    that no other part of the boundary is nearer. A run counts as one that returns if the
-    core cannot decide more than 100 of its segments, or if it is not over within a tenth of the
-    time left. After `max_seconds` the result is the best so far.
+    that no other part of the boundary is nearer. A run is computed in parts of growing length. It
+    counts as one that returns if the core cannot decide more than 100 segments of a part, or if a
+    part is not over within a tenth of the time left. After `max_seconds` the result is the best so
+    far.
 
     Parameters
     ----------
@@ -129,11 +130,11 @@ def minimal_shock(
         The motion: a stable periodic orbit.
     weights : sequence of float, shape (3,), default (1, 1, 1), each above 0
         Weights of the components of a shock, numbers without unit. The size of a shock is the root
-        of the sum of (weight * component)^2. A component of infinite weight
-        is 0; not all weights are infinite.
+        of the sum of (weight * component)^2. A component of infinite weight is 0; not all weights
+        are infinite.
     largest : float, optional, finite and above 0
-        Largest size that is tried, dimensionless. The default is 4 times 1 + the largest size of
-        x_r, v_r and v_c on the motion, times the least weight.
+        Largest size that is tried, dimensionless. The default is 4 (1 + m) times the least weight,
+        where m is the largest absolute value of x_r, v_r and v_c on the motion.
     periods : int, optional, 64 to 1,000,000
         Excitation periods within which a motion has to return. The default is 1024 plus the time in
         which the motion attracts by e^20.
@@ -151,7 +152,7 @@ def minimal_shock(
     Shock
         `knock` is the change of the state, `size` its size, `phase` its time, `start` the state
         before it, `attractor` the motion beyond, None if it is not periodic or the time is up.
-        Without a shock they are None, and `size` is the largest tried. `status` is "found",
+        Without a shock they are None, except `size`, the largest tried. `status` is "found",
         "not-lost" if no shock up to `largest` loses the motion, or "time-limit". All quantities are
         dimensionless.
 

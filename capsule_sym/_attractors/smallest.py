@@ -25,7 +25,8 @@ ACCURACY = 1e-4
 """Relative accuracy of a minimal shock."""
 WIDTH = 0.01 * ACCURACY
 """Relative distance of two knocks between which the boundary is."""
-# Excitation periods after which a run counts as lost: at first, and to confirm it.
+# Excitation periods after which a run counts as lost, besides those in which the motion attracts by
+# e^20: at first, and to confirm it.
 _FIRST, _LAST = 128, 1024
 _GENERATION = 768  # knocks at once, some 0.1 s
 _BEYOND = 1.25  # size, over the smallest one found, of knocks that show other parts of the boundary
@@ -65,7 +66,8 @@ class KnockSearch:
     def run(self, samples: int, report: Callable[[str], object]) -> None:
         """Grow a sphere until a knock loses the motion, and polish the smallest knocks found.
 
-        Smaller knocks are tried until `samples` in a row return.
+        Smaller knocks are tried until `samples` in a row return. Sets the status. Raises TimeUp if
+        the present watch is over.
         """
         while (first := self._smallest(self._all_over(_GENERATION), self.radius)) is None:
             report(f"knocks of {self.radius:.3g}")
@@ -100,7 +102,8 @@ class KnockSearch:
     def lost(self, points: Vector) -> NDArray[np.bool_]:
         """True for knocks after which the motion is lost, (n,).
 
-        A run whose end is unknown, as the core cannot decide it, counts as one that returns.
+        A run that does not finish, as the core cannot decide it or the time is over, counts as one
+        that returns.
         """
         times, _, states = self.starts(points)
         runs, row = Arrivals.begun(states), np.zeros(len(points), np.intp)
@@ -131,12 +134,12 @@ class KnockSearch:
         return np.asarray(points[apart.max(axis=2).min(axis=1) > _APART])
 
     def _polish(self, points: Vector, width: float) -> Vector:
-        """Smallest knock next to the least of some: random changes, while a smaller one is found.
+        """Smallest knock near the least of some, by random changes in generations.
 
-        A change counts if it makes the knock smaller by more than a share `width`. Half of the
-        changes are along the differences of the last knocks, which lie along the edges of the
-        boundary. A simplex search sticks at such edges. If none of the knocks loses the motion, it
-        is the first one.
+        It ends after 12 generations in a row, 3 if `width` is not WIDTH, that do not make the knock
+        smaller by more than a share of twice `width`. Half of the changes have a part along the
+        differences of the last knocks, which lie along the edges of the boundary. A simplex search
+        sticks at such edges. If none of the knocks loses the motion, it is the first one.
         """
         if (best := self._smallest(points, sizes(points), width)) is None:
             return np.asarray(points[0])
@@ -159,7 +162,11 @@ class KnockSearch:
     def _smallest(
         self, points: Vector, radii: Vector | float, width: float = WIDTH
     ) -> Vector | None:
-        """Least knock, in the directions of knocks at other sizes that lose the motion, or None."""
+        """Least knock found that loses the motion, at the times and in the directions of points.
+
+        Those that lose it at the sizes `radii` are bisected, within a share `width`. None if there
+        are none. `best` and `radius` become those of the knock if it is smaller than `best`.
+        """
         self.tried += len(points)
         best: Vector | None = None
         points = resized(points, radii)
@@ -175,10 +182,13 @@ class KnockSearch:
         return best
 
     def _bisected(self, outside: Vector, width: float) -> Vector:
-        """First knock in a direction that loses the motion, within a share `width` of one."""
+        """Knock next to the boundary in the direction of one outside, which loses the motion.
+
+        It loses the motion too; one smaller by at most a share `width` of `outside` does not.
+        """
         low, high, points = 0.0, 1.0, outside[None]
         while high - low > width:
-            shares = np.linspace(low, high, 17)  # as many between them as fill two lanes
+            shares = np.linspace(low, high, 17)  # the 15 between fit into two times 8 lanes
             points = resized(outside[None].repeat(16, axis=0), shares[1:] * sizes(outside))
             first = int(np.append(self.lost(points[:-1]), True).argmax())
             low, high, points = shares[first], shares[first + 1], points[first:]
@@ -186,7 +196,7 @@ class KnockSearch:
 
 
 def sizes(points: Vector) -> Vector:
-    """Sizes of knocks, (n,), or of one."""
+    """Sizes of knocks, (n, 1 + m), shape (n,), or of one."""
     return np.asarray(np.linalg.norm(points[..., 1:], axis=-1))
 
 
