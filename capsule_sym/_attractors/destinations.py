@@ -62,11 +62,11 @@ class Arrivals(NamedTuple):
     """Attractors reached by n runs, with their last states; each array has one row a run."""
 
     numbers: NDArray[np.int16]
-    """Number of the attractor, NONE if it is an unknown one or none is reached."""
+    """Number of the attractor, NONE if none is reached, or one whose orbit is not found."""
     undecided: NDArray[np.bool_]
-    """True for a run that the core cannot decide."""
+    """True for a run that did not finish: undecided, or longer than its share of the time."""
     states: Vector
-    """Final states of the runs at phase 0, (n, 3)."""
+    """Last states of the runs at phase 0, before that those of the starts, (n, 3)."""
 
     @classmethod
     def begun(cls, states: Vector) -> Arrivals:

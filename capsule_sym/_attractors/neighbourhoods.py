@@ -29,9 +29,9 @@ NONE = -1
 SHARE = 0.1
 """Share of the time left for runs side by side, since those the core cannot decide need more."""
 MOST_OPEN = 100
-"""Segments of a run that the core may fail to decide, before the run counts as unknown."""
+"""Segments of a run that the core may fail to decide in one call; with more it does not finish."""
 NEUTRAL = 1e-9
-"""Distance below 1 of a multiplier within rounding."""
+"""Distance below 1 within which a multiplier counts as 1, because of rounding."""
 
 _SHELLS = 4.0 ** -np.arange(1, 13)  # radii over the orbit's size: from its quarter to 6e-8
 _DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)

@@ -62,7 +62,10 @@ class Pulse(Result, Labelled):
     parameter: str
     """Name of the parameter that the pulse changes."""
     windows: tuple[PulseWindow, ...]
-    """All pulses found that lead to the end: named tuples of `periods`, `begins`, `low`, `high`."""
+    """Windows of the fewest periods: named tuples of `periods`, `begins`, `low`, `high`.
+
+    All values that were tried within a window lead to the end. Only the widest one is confirmed.
+    """
     status: Status
     """Status of the search."""
     message: str
@@ -70,11 +73,11 @@ class Pulse(Result, Labelled):
     value: float = math.nan
     """Value of the parameter during the pulse."""
     interval: tuple[float, float] = math.nan, math.nan
-    """Range of values around `value` that also lead to the end, all else being equal."""
+    """Range of values around `value`; all that were tried in it lead to the end, all else equal."""
     periods: int = 0
     """Number of periods of the changed drive."""
     begins: int = 0
-    """Period of the start motion, from 0, in which the pulse begins, in the state `state`."""
+    """Period of the start motion, from 0, at whose phase 0 the pulse begins, in `state`."""
     _recorded = "parameter value periods begins state interval work duration transient"
 
     def __repr__(self) -> str:

@@ -53,7 +53,7 @@ class Shock(Result):
     attractor: Orbit | None
     """Attractor of a run from just beyond; None without one, or if the time is up."""
     tried: int
-    """Number of knocks tried."""
+    """Number of knocks tried, not counting bisections and the look for other boundary parts."""
     status: Status
     """Status of the search."""
     message: str
