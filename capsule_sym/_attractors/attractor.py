@@ -110,7 +110,7 @@ class Attractors(Result, Labelled):
     @property
     def message(self) -> str:
         """Numbers of starts, attractors and, if not 0, of unsettled starts, as a sentence."""
-        found = len(self.attractors)
+        found = sum(one.count > 0 for one in self.attractors)
         lead = "leads" if self.starts == 1 else "lead"
         text = f"{counted(self.starts, 'start')} {lead} to {counted(found, 'attractor')}"
         late = f"{counted(self.unsettled, 'has', 'have')} not settled"

@@ -43,6 +43,11 @@ class Cycle(NamedTuple):
     states: Vector
     multiplier: float
 
+    @property
+    def rate(self) -> float:
+        """Factor by which a small distance from the orbit shrinks in an excitation period."""
+        return self.multiplier ** (1 / len(self.states))
+
     def distance(self, states: Vector) -> Vector:
         """Distance of each state, (n, 3), from the nearest one of the orbit, (n,).
 
@@ -146,7 +151,7 @@ class KnownOrbits(Runs):
         times = spread("phases", phases, (len(runs.states),)).copy()
         numbers, undecided, ends = runs
         for first in range(0, len(times), _BLOCK):
-            last, done, length = min(first + _BLOCK, len(times)), 0, min(_FIRST, periods)
+            last, done, length = min(first + _BLOCK, len(times)), 0, _length(_FIRST, periods)
             left = np.arange(first, last)
             while left.size and length > 1:
                 check_time()
@@ -161,7 +166,7 @@ class KnownOrbits(Runs):
                 guess[~(at_rest | (change <= _NEARLY))] = 0
                 numbers[left] = self.identify(groups[left], ends[left], guess, at_rest)
                 left = left[(numbers[left] == NONE) & ~at_rest]
-                length = min(2 * length, periods - done)
+                length = _length(2 * length, periods - done)
                 if report is not None:
                     report(last - left.size)
         return runs
@@ -209,7 +214,7 @@ class KnownOrbits(Runs):
         good, marks = self._marks(self.rows, states, 0.0, 2 * LONGEST)
         ends = marks[:, -1]
         cycles = self.closed(good, ends, _changes(marks)[1], _WITHIN)
-        rates = np.clip([one.multiplier if one else 1.0 for one in cycles], 0.01, 1 - NEUTRAL)
+        rates = np.clip([one.rate if one else 1.0 for one in cycles], 0.01, 1 - NEUTRAL)
         waits = np.ceil(np.log2(math.log(0.01) / np.log(rates)))
         for power in np.unique(waits[waits <= 15]).astype(int).tolist():
             chosen = np.flatnonzero(waits == power)
@@ -256,6 +261,11 @@ class KnownOrbits(Runs):
         run = self.run(rows[good], run.states[good], 0.0, short, "stroboscopic")
         marks = run.kept[np.repeat(run.success, np.diff(run.offsets))]
         return good[run.success], marks.reshape(-1, short + 1, 3)
+
+
+def _length(most: int, left: int) -> int:
+    """Periods until the next test: at most so many, and one more if it would be left alone."""
+    return left if left <= most + 1 else most
 
 
 def _changes(marks: Vector) -> tuple[Vector, NDArray[np.intp]]:

@@ -237,7 +237,10 @@ def _rows(file: Path) -> list[tuple[int, list[str]]]:
     separator = next((one for one in _SEPARATORS if one in bare), " ")
     lines[0] = lines[0][0], head
     split = [csv.reader([line], delimiter=separator, skipinitialspace=True) for _, line in lines]
-    cells = [[cell.strip() for cell in next(row)] for row in split]
+    try:
+        cells = [[cell.strip() for cell in next(row)] for row in split]
+    except csv.Error as error:  # a cell of more than 131,072 characters
+        raise InvalidInput("file", str(file), f"a table of numbers ({error})") from error
     return [(k, row) for (k, _), row in zip(lines, cells, strict=True)]
 
 

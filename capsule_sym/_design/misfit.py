@@ -131,7 +131,7 @@ class Misfit:
     def _motion(self, values: Vector) -> _Continued | None:
         """Motion at these values; None if it does not reach the last of the times.
 
-        Also None for values out of range for a run; raises InvalidInput if they are the guess.
+        Also None for values out of range; raises InvalidInput if they are the guess.
         """
         self.evaluations += 1
         self.progress(f"{self.doing}, {counted(self.evaluations, 'run')}")
@@ -141,14 +141,14 @@ class Misfit:
             own, units = own | now.ratios(), {name: now.scale(name) for name in OF_START}
         # The start is fixed in SI units, so that the dimensionless start varies with the units.
         own |= {name: own[name] / unit for name, unit in units.items()}
-        p, phase = dimensionless(self.system_at(values)), own[PHASE].value
-        reduced = phase % p.period
-        reduced = 0.0 if reduced >= p.period else reduced
-        times = reduced + self.times / units[PHASE].value
-        periods = max(1, math.ceil(times[-1] / p.period + 1e-9))
         try:
+            p, phase = dimensionless(self.system_at(values)), own[PHASE].value
+            reduced = phase % p.period
+            reduced = 0.0 if reduced >= p.period else reduced
+            times = reduced + self.times / units[PHASE].value
+            periods = max(1, math.ceil(times[-1] / p.period + 1e-9))
             run = simulate(p, tuple(own[name].value for name in STATE), reduced, periods)
-        except InvalidInput:  # of values that are out of range for a run
+        except InvalidInput:  # of values that are out of range
             if np.array_equal(values, self.guess):
                 raise
             return None

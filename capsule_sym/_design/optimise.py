@@ -185,7 +185,7 @@ def _check_ends(program: Program) -> None:
             u[i] = end
             system = program.system_at(u)
             try:
-                checks.check_start(dimensionless(system), (0.0, 0.0, 0.0), 0.0, 1)
+                checks.check_scales(dimensionless(system))
             except InvalidInput as error:
                 bounds = float(program.low[i]), float(program.high[i])
                 must = f"such that {error.field} is {error.allowed}"

@@ -15,6 +15,7 @@ from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import Motion, continue_motion, settle
 from capsule_sym._design.functions import Function, Limit, named, valued
 from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import check_scales
 from capsule_sym._map.labelled import package
 from capsule_sym._native.watch import silent
 from capsule_sym._orbits.continuation.parameter_paths import Slope
@@ -106,7 +107,9 @@ class Program:
         They may be outside the ranges of a run.
         """
         with suppress(InvalidInput):
-            return dimensionless(self.system_at(u))
+            found = dimensionless(self.system_at(u))
+            check_scales(found)
+            return found
         return None
 
     def by_u(self, rows: Matrix) -> Matrix:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._attractors.destinations import Arrivals, KnownOrbits, known_orbits
+from capsule_sym._attractors.destinations import Arrivals, Cycle, KnownOrbits, known_orbits
 from capsule_sym._attractors.neighbourhoods import NONE, spectral_radii, stroboscopic
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.symmetry import same
@@ -37,6 +37,9 @@ def ends(
     """States at phase 0 of the last periods of a single run."""
     run = cs.simulate(parameters, start.tolist(), phase, periods, keep="stroboscopic")
     return np.array(run.stroboscopic[-16:])
+
+
+CHAOTIC = cs.Parameters(alpha=1.88, omega=0.32, delta=0.03, zeta=0.05, beta=17.57, gamma=7.47)
 
 
 def nearest(orbits: list[cs.results.Orbit], state: np.ndarray) -> int:
@@ -139,3 +142,26 @@ def test_a_neighbourhood_near_a_fold_shrinks_on_the_way_to_the_saddle() -> None:
         end = ends(beside, start, 0.0, number)[-1]
         # The linear map shrinks the norm by q = (1 + rate)/2; half of what is left is the map's.
         assert np.linalg.norm((end - centre) @ axes) < (1 + (1 + rate) / 2) / 2
+
+
+def test_a_slow_orbit_of_several_periods_is_approached() -> None:
+    """A run comes ten times as near in the time that the multiplier of one period of it says."""
+    p = cs.Parameters(alpha=0.42, omega=3.08, delta=0.004, zeta=0.002, beta=1.3, f_b=5.0)
+    orbit = cs.solve_orbit(p, (-0.057, 0.053, 0.0))
+    assert orbit.itinerary.period_number == 5
+    assert 0.97 < abs(orbit.multipliers[0]) < 0.99
+    known, marks = KnownOrbits(np.array([[*p.to_dict().values()]]), p.scene), stroboscopic(orbit)
+    (found,) = known.approached(marks[:1] + np.array([1e-4, 0.0, 0.0]))
+    assert found is not None
+    assert found.same(Cycle(marks, float(abs(orbit.multipliers[0]))))
+    assert found.rate**5 == pytest.approx(abs(orbit.multipliers[0]), rel=1e-9)
+
+
+@pytest.mark.parametrize("periods", [2, 3, 5, 12, 13, 29])
+def test_a_run_that_does_not_settle_is_followed_for_all_periods(periods: int) -> None:
+    known = KnownOrbits(np.array([[*CHAOTIC.to_dict().values()]]), CHAOTIC.scene)
+    start = np.array([[0.1, 0.2, 0.0]])
+    found = known.destination(np.zeros(1, int), Arrivals.begun(start), 0.0, periods)
+    assert found.numbers.tolist() == [NONE]
+    run = cs.simulate(CHAOTIC, start[0].tolist(), periods=periods, keep="final")
+    assert found.states[0] == pytest.approx(run.final[1], abs=1e-9)

@@ -13,6 +13,7 @@ from capsule_sym import (
     Parameters,
     PhysicalParameters,
     fit,
+    scenes,
     sensitivities,
     simulate,
 )
@@ -479,3 +480,12 @@ def test_a_phase_outside_the_period_is_refused(phase: float) -> None:
     data = {"t": np.arange(9.0), "x_r": np.zeros(9)}
     with pytest.raises(InvalidInput, match="phase"):
         fit(data, Parameters(), ["alpha"], phase=phase)
+
+
+def test_values_that_are_no_system_count_as_a_lost_motion() -> None:
+    """Pulses of a share of 1e-10 of the period are none: the least that is allowed is 1e-9."""
+    system = scenes.reaction_pulse.Parameters(D=0.3)
+    data = {"t": [0.0, 1.0, 2.0], "x_r": [0.0, 0.1, 0.2]}
+    problem = problem_of(data, system, ("D",), (0.0, 0.0, 0.0), 0.0)
+    assert (problem.residuals(np.array([1e-10])) == misfit_module.LOST).all()
+    assert (abs(problem.residuals(np.array([0.3]))) < misfit_module.LOST).all()

@@ -73,6 +73,7 @@ def test_one_line_says_what_was_read(tmp_path: Path) -> None:
         (",t,x_m\n0,0,1\n", "column = ''"),
         ("t [mm],x_m [mm]\n0,1\n", "unit of t = 'mm': must be one of s"),
         ("t [s],x_m [s]\n0,1\n", "unit of x_m = 's': must be one of m"),
+        ("A" * 140_000, "file = .*: must be a table of numbers"),
     ],
 )
 def test_what_is_not_clear_is_refused_with_its_place(text: str, named: str, tmp_path: Path) -> None:

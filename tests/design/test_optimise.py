@@ -223,6 +223,17 @@ def test_a_search_may_meet_parameters_that_are_not_allowed_together() -> None:
     assert found.over["delta_1"] + found.over["delta_2"] > 0
 
 
+def test_a_search_may_meet_a_corner_where_no_run_is_possible() -> None:
+    """The best corner has zeta = c/(2 sqrt(k1 M_m)) above 1e4, though no bound alone has."""
+    base = cs.PhysicalParameters(
+        M_m=1.0, M_c=1.65, k1=0.5, k2=75.0, c=0.5, G=0.0017, P_d=3.0, Omega=8.0, mu=0.2
+    )
+    over = {"c": (0.0, 1e4), "k1": (0.2, 1.0)}
+    found = cs.optimise("k1 - 1e-4*c", over, base, maximise=False, samples=64)
+    assert found.over == pytest.approx({"c": 1e4, "k1": 0.25}, rel=1e-6)
+    assert found.system.dimensionless().zeta <= 1e4
+
+
 def test_a_device_has_its_optimum_in_its_own_units() -> None:
     found = cs.optimise(
         "speed_per_work", {"P_d": (3.0, 5.0), "Omega": (7.0, 9.0)}, DEVICE, samples=2

@@ -305,3 +305,12 @@ def test_the_time_limit_keeps_an_optimum_that_was_found() -> None:
     found = search.result
     assert found.status == "time-limit"
     assert found.over["alpha"] == pytest.approx(smooth_best(), abs=1e-4)
+
+
+def test_without_a_margin_the_limit_is_the_value_at_the_loss_of_stability() -> None:
+    """A margin of 0 is no margin to go to 0: the best is at the bifurcation itself."""
+    best = polish(*at("velocity", {"delta": (0.70, 0.84)}, FLIP, False, 0.0, 0.5))
+    found = optimum_of(with_limit(best))
+    assert (found.status, found.bifurcation) == ("optimal-at-border", "period doubling")
+    assert found.multiplier == pytest.approx(1.0, abs=1e-9)
+    assert found.limit == found.value
