@@ -41,9 +41,9 @@ class Sweep:
     A sweep has at most 10^10 cells. Results are written in chunks of `chunk` cells along each axis,
     at most 2^20 in all. By default a chunk takes at most about two seconds in the C core, or has at
     most 16 cells; small sweeps are cut finer. All quantities are dimensionless. With a `device` no
-    `parameters` are given: they are those of the device. Axes may then be `Axis.of_device`, and
-    results have `si_scale` and `si_units` to convert them to SI units. Raises InvalidInput for a
-    value that is not allowed.
+    `parameters` are given: they are those of the device. Axes may then be `Axis.of_device` of this
+    device, and results have `si_scale` and `si_units` to convert them to SI units. Raises
+    InvalidInput for a value that is not allowed.
     """
 
     kind: ClassVar[str] = "sweep"
@@ -76,6 +76,10 @@ class Sweep:
         set_(self, "axes", tuple(self.axes))
         for axis in self.axes:
             axis.check(scene)
+            if self.device and axis.device:
+                values = axis.device[0] * self.device.tie(axis.name)[1]
+                if not np.array_equal(axis.values[:, 0], values):
+                    raise InvalidInput("device", self.device, f"that of the axis {axis.name}")
         changed = [quantity for axis in self.axes for quantity in axis.quantities]
         for kind in ([axis.name for axis in self.axes], changed):
             if twice := [name for name in kind if kind.count(name) > 1]:

@@ -75,6 +75,16 @@ def test_a_part_of_a_device_s_axis_has_its_own_values_in_si_units() -> None:
     np.testing.assert_array_equal(part.values, axis.values[2:])
 
 
+def test_an_axis_of_another_device_is_refused() -> None:
+    """The force of 3 N over twice the friction is another alpha."""
+    device = PhysicalParameters(1.0, 3.0, 1.0, 1.0, 0.05, 0.1, 1.0, 1.0, 0.1)
+    other, axis = device.replace(mu=0.2), Axis.of_device(device, "P_d", [3.0])
+    assert axis.values[0, 0] / Axis.of_device(other, "P_d", [3.0]).values[0, 0] == 2
+    with pytest.raises(InvalidInput, match=r"device = .*mu=0\.2.*: must be that of the axis P_d"):
+        Sweep((axis,), device=other)
+    assert Sweep((axis,), device=device.replace(P_d=5.0)).axes == (axis,)
+
+
 def test_chunks_shrink_with_the_work_of_a_cell() -> None:
     axes = (Axis.linear("alpha", 0.1, 2.0, 512), Axis.linear("gamma", 1.0, 5.0, 512))
     sizes = [
