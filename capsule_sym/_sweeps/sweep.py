@@ -96,6 +96,8 @@ class Sweep:
         for phase in (self.phase, float(np.max(column.get("phase", 0.0)))):
             if not is_real(phase) or not 0.0 <= phase < end:
                 raise InvalidInput("phase", phase, f"a time in [0, 2 pi/omega) = [0, {end:g})")
+        for name, plain in (("periods", int), ("phase", float), ("tolerance", float)):
+            set_(self, name, plain(getattr(self, name)))
         if self.size > MOST_CELLS:
             raise InvalidInput("cells", self.size, f"at most {MOST_CELLS}")
         self._check_chunk()

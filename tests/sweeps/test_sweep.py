@@ -1,6 +1,7 @@
 """A sweep as data: axes, chunks, columns, files, and what is refused at the door."""
 
 import itertools
+import json
 import math
 from pathlib import Path
 
@@ -168,6 +169,16 @@ def test_what_a_file_may_not_hold_is_named(tmp_path: Path, old: str, new: str, s
     with pytest.raises(InvalidInput) as refused:
         read_plan(path)
     assert said in str(refused.value)
+
+
+def test_numbers_of_numpy_give_the_record_of_those_of_python() -> None:
+    """0.5 and 2^-20 are equal in single and in double precision."""
+    axes = (Axis.of("alpha", [0.5]),)
+    single = Sweep(
+        axes, phase=np.float32(0.5), periods=np.int64(50), tolerance=np.float32(2.0**-20)
+    )
+    record = json.dumps(Sweep(axes, phase=0.5, periods=50, tolerance=2.0**-20).record())
+    assert json.dumps(single.record()) == record
 
 
 def test_the_record_tells_any_two_sweeps_apart() -> None:
