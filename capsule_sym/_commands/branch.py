@@ -94,7 +94,9 @@ def branch(
         if to is None:
             raise click.UsageError("--restart needs --to VALUE")
         end, file = to[1], options.file_of(restart[0])
-        system.check_scene(scene_in(capsule_sym.results.read_branch(file)) or CAPSULE, file)
+        record = capsule_sym.results.read_branch(file)
+        system.check_scene(scene_in(record) or CAPSULE, file)
+        _check_untied(certify, ties or (to[0] is None and record.get("ties")))
         with bars.reporting("Following", limit):
             found = capsule_sym.continue_from(
                 file,
@@ -110,9 +112,8 @@ def branch(
         parameters, device = system.load()
         if device is not None and not ties and parameter not in parameters.to_dict():
             ties = capsule_sym.inputs.device_path(device, parameter)
+        _check_untied(certify, ties)
         found = (followed(parameters, parameter, begin, end, points, state, limit, ties),)
-    if certify is not None and found[0].axis.path.ties:
-        raise InvalidInput("certify", str(certify), "absent if several parameters vary")
     for one in found:
         with bars.reporting("Following", limit):
             found += capsule_sym.orbits.period_doubling_cascade(
@@ -140,6 +141,12 @@ def _range(along: _Range | None) -> tuple[str, float, float]:
         raise click.UsageError("give a range of a parameter, such as --alpha 0.1:2")
     name, (begin, end, *_) = given
     return name, begin, end
+
+
+def _check_untied(certify: Path | None, ties: Any) -> None:
+    """Raises InvalidInput for a certificate of a branch with tied parameters."""
+    if certify is not None and ties:
+        raise InvalidInput("certify", str(certify), "absent if several parameters vary")
 
 
 def _goes_on(ended: capsule_sym.results.Branch, out: Path | None, end: float) -> str:

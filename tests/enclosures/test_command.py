@@ -14,6 +14,7 @@ from capsule_sym._enclosures.numbers.balls import Unproved
 from capsule_sym._enclosures.passage.runs import enclose_run
 from capsule_sym._map.trajectory import Kept
 from capsule_sym._native import Watch
+from capsule_sym._orbits.continuation.records import FORMAT
 
 
 def certificates(path: Path) -> list[dict]:
@@ -59,6 +60,34 @@ def test_what_the_checker_cannot_take_is_said(tmp_path: Path) -> None:
     run = CliRunner().invoke(group, ["branch", *options, "--certify", str(file)])
     assert run.exit_code == 4
     assert "not proved" in run.output
+
+
+DEVICE = "M_m=0.5\nM_c=1.65\nk1=50\nk2=75\nc=0.5\nG=0.0017\nP_d=6\nOmega=8\nmu=0.2\n"
+TIED = {"format": FORMAT, "parameter": "omega", "ties": {"alpha": "omega"}, "bifurcations": []}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "--alpha 0.9 --omega 0.8:0.81 --with alpha=omega",
+        "--params device.toml --P-d 6:7",
+        "--restart tied.json EP2 --to 0.82",
+        "--restart tied.json EP2 --to zeta=0.06 --with alpha=15*zeta",
+    ],
+)
+def test_a_certificate_of_tied_parameters_is_refused_before_the_branch(
+    tmp_path: Path, monkeypatch, line: str
+) -> None:
+    """No motion is simulated, no orbit continued."""
+    monkeypatch.chdir(tmp_path)
+    Path("device.toml").write_text(DEVICE)
+    Path("tied.json").write_text(json.dumps(TIED))
+    for name in ("capsule_sym.continue_from", "capsule_sym._commands.branch.settled"):
+        monkeypatch.setattr(name, lambda *_, **__: pytest.fail("the work has begun"))
+    words = ["branch", *line.split(), "--certify", "a.json"]
+    with pytest.raises(InvalidInput, match=r"certify = 'a\.json': must be absent if several"):
+        CliRunner().invoke(group, words, catch_exceptions=False)
+    assert not Path("a.json").exists()
 
 
 @pytest.mark.parametrize("name", ["slope", "reaction"])
