@@ -56,6 +56,8 @@ def pulse(
     from capsule_sym._native import Watch
 
     options.check_beside("between", never=("state", "to"))
+    for name in windows:
+        options.check_beside(name, needs=("between",))
     if over and len(over) != 1:
         raise InvalidInput("--over", list(over), "one parameter of the drive")
     parameters, device = system.load()

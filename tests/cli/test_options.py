@@ -98,6 +98,8 @@ REFUSED = [
     ("orbit --starts 3 --state 0 0 0", "--state and --starts exclude each other"),
     ("branch --restart a.json PD1 --to 2 --state 0 0 0", "--state and --restart exclude each"),
     ("branch --restart a.json PD1 --P-d 1:2", "--P-d and --restart exclude each other"),
+    ("pulse --to 0 0 1 --x-r -1:1", "--x-r needs --between, which is missing"),
+    ("pulse --to 0 0 1 --phase 0:1", "--phase needs --between, which is missing"),
     ("sweep a.toml --out s --alpha 0.1:2:20", "--alpha and FILE.toml exclude each other"),
     ("sweep a.toml --out s --periods 20", "--periods and FILE.toml exclude each other"),
     (
