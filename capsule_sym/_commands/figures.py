@@ -130,6 +130,8 @@ def _of_sweep(store: Path, metric: str | None, curves: Sequence[Path], width: fl
         with undamaged(store):
             results.load()
         results = results.squeeze()  # an axis of one value is none
+        if curves and ("attractor" in results or results["outcome"].ndim < 2):
+            raise click.UsageError(f"--curve is for sweeps over two parameters, not {store}")
         chart = results["outcome"].ndim > 1 and {"attractor", "itinerary"} & {*results}
         if metric is None and chart:
             more: dict[str, Any] = {} if "attractor" in results else {"curves": lines}

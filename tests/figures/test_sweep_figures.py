@@ -306,12 +306,15 @@ def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
     [
         (["nowhere"], "nowhere"),
         (["STORE", "--curve", "none.json"], "'--curve': Path 'none.json' does not exist"),
+        (["BASIN", "--curve", "c.json"], "--curve is for sweeps over two parameters, not "),
+        (["PACE", "--of", "speed", "--curve", "c.json"], "--curve is for sweeps over two"),
         (["LINE"], "give --of, a metric that the sweep has: none; compute progression"),
         (["PACE"], "give --of, a metric that the sweep has: velocity, speed, progression"),
     ],
 )
 def test_bad_input_is_one_line(stores: Path, tmp_path: Path, arguments, part) -> None:
-    named = {"STORE": "grid", "LINE": "line", "ROW": "row", "PACE": "pace"}
+    named = {"STORE": "grid", "LINE": "line", "ROW": "row", "PACE": "pace", "BASIN": "basin"}
+    (tmp_path / "c.json").write_text('{"curves": []}')
     given = [str(stores / named[one]) if one in named else one for one in arguments]
     done = run_here("figure", *given, "--out", "x.png", cwd=tmp_path)
     assert done.returncode == 2
