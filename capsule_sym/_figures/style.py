@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, wraps
 from importlib.resources import as_file, files
+from inspect import signature
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal, ParamSpec
@@ -212,10 +213,15 @@ def styled(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
 
 
 def of_records(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
-    """Decorator of a function that draws records: raises InvalidInput for incomplete ones."""
+    """Decorator of a function that draws records: raises InvalidInput for incomplete ones.
+
+    For arguments that the function does not take it raises TypeError.
+    """
+    takes = signature(draw)
 
     @wraps(draw)
     def drawn(*given: _Given.args, **named: _Given.kwargs) -> Figure:
+        takes.bind(*given, **named)
         try:
             return draw(*given, **named)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:

@@ -115,6 +115,19 @@ def test_a_record_that_lacks_something_is_one_line(record, lacks: str) -> None:
         figures.plot_diagram(broken, axes=Figure().subplots())
 
 
+@pytest.mark.parametrize(
+    ("given", "named", "said"),
+    [
+        (1, {"foo": 1}, "argument of plot_diagram = 'foo': must be one of record, quantity, width"),
+        (0, {}, r"arguments of plot_diagram = \(\): must be record, .*missing.*'record'"),
+    ],
+)
+def test_wrong_arguments_are_named(record, given: int, named: dict, said: str) -> None:
+    """A record is not blamed for them."""
+    with pytest.raises(InvalidInput, match=said):
+        figures.plot_diagram(*[record] * given, **named)
+
+
 def test_labels_of_a_quantity_that_is_the_same_everywhere_are_beside_their_points(record) -> None:
     (axes,) = figures.plot_diagram(record, "velocity").axes
     (label,) = axes.texts
