@@ -65,10 +65,12 @@ def plot_curves(
     return describe(figure, "Curves of bifurcations")
 
 
+@of_records
 def draw_curve(axes: Axes, curve: Mapping[str, Any], first: str, second: str) -> None:
     """A curve of bifurcations, and its codimension-two points, over two parameters.
 
-    Those of a device are read from "si". Raises InvalidInput for a curve over other parameters.
+    Those of a device are read from "si". Raises InvalidInput for a curve over other parameters, or
+    an incomplete one.
     """
     colour, style = CURVES.get(curve["type"], OTHER_CURVE)
     # On a white rim, so that it is seen on dark areas as well.

@@ -12,7 +12,7 @@ from importlib.resources import as_file, files
 from inspect import signature
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal, ParamSpec
+from typing import Any, Literal, ParamSpec, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -29,6 +29,7 @@ from capsule_sym._files import write_whole
 from capsule_sym._parameters import CAPSULE, Scene
 
 _Given = ParamSpec("_Given")
+_Drawn = TypeVar("_Drawn")
 # The explorer reads the same file.
 _COLOURS = json.loads((files(__package__) / "colours.json").read_text(encoding="utf-8"))
 _FIELDS: list[str] = _COLOURS["fields"]
@@ -212,7 +213,7 @@ def styled(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
     return drawn
 
 
-def of_records(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
+def of_records(draw: Callable[_Given, _Drawn]) -> Callable[_Given, _Drawn]:
     """Decorator of a function that draws records: raises InvalidInput for incomplete ones.
 
     For arguments that the function does not take it raises TypeError.
@@ -220,7 +221,7 @@ def of_records(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
     takes = signature(draw)
 
     @wraps(draw)
-    def drawn(*given: _Given.args, **named: _Given.kwargs) -> Figure:
+    def drawn(*given: _Given.args, **named: _Given.kwargs) -> _Drawn:
         takes.bind(*given, **named)
         try:
             return draw(*given, **named)

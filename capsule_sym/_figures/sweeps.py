@@ -89,7 +89,8 @@ def plot_chart(
     Raises
     ------
     InvalidInput
-        For results without itineraries over two axes, and for curves over other ones.
+        For results without itineraries over two axes, for curves over other ones, and for
+        incomplete curves.
 
     See Also
     --------
@@ -339,8 +340,8 @@ def plot_metric(
     Raises
     ------
     InvalidInput
-        For results of another kind, for a metric that the sweep does not compute, and for curves
-        over other parameters than the axes.
+        For results of another kind, for a metric that the sweep does not compute, for curves over
+        other parameters than the axes, and for incomplete curves.
 
     See Also
     --------

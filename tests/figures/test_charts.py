@@ -9,7 +9,8 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_rgba
 
-from capsule_sym.figures import plot_basin, plot_chart
+from capsule_sym import InvalidInput
+from capsule_sym.figures import plot_basin, plot_chart, plot_metric
 
 WHITE = "no result"
 CODES = {11: "F5_F2", 22: "F5_F4_F1_F2", 33: "F2"}
@@ -56,6 +57,15 @@ def test_curves_and_their_points_lie_on_top(results: xr.Dataset) -> None:
     assert level.is_dashed()
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
     assert shown == [r"mass ratio $\gamma$ = 1.5", *KEY[:2], *NUMBERED, WHITE]
+
+
+@pytest.mark.parametrize("draw", [plot_chart, plot_metric])
+@pytest.mark.parametrize("lacks", ["type", "points", "codimension_two"])
+def test_a_curve_that_lacks_something_is_one_line(results: xr.Dataset, lacks: str, draw) -> None:
+    results["velocity"] = results["itinerary"] * 0.5
+    broken = {name: value for name, value in CURVE.items() if name != lacks}
+    with pytest.raises(InvalidInput, match=f"record = \"without '{lacks}'\": must be a whole one"):
+        draw(results, curves=[CURVE, broken])
 
 
 KEY = "crossing-sliding", "codimension-two point"
