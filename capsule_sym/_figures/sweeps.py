@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+_Side = tuple[NDArray[np.float64], str, float]
 _STATE = "x_r", "v_r", "v_c"
 _DIGITS = 4  # of final states: those of an attractor differ by less
 _ROOM = 0.04  # of the cells along a side: distance from the border of an area to its number
@@ -89,8 +90,8 @@ def plot_chart(
     Raises
     ------
     InvalidInput
-        For results without itineraries over two axes, for curves over other ones, and for
-        incomplete curves.
+        For results without itineraries over two axes, for an axis that is no quantity, for curves
+        over other axes, and for incomplete curves.
 
     See Also
     --------
@@ -113,6 +114,7 @@ def plot_chart(
         raise InvalidInput("results", sorted(map(str, results)), "itineraries over two axes")
     codes, texts = results["itinerary"], itineraries.texts(results)
     late, said = unsettled(results)
+    sides = [_axis(results, str(name)) for name in codes.dims]
     none = ~late & ~np.isin(codes.values, [*texts])
     known, counts = np.unique(codes.values[~late & ~none], return_counts=True)
     known = known[np.argsort(-counts, kind="stable")]
@@ -127,7 +129,7 @@ def plot_chart(
     pale = [code for code, colour in zip(known, colours, strict=True) if colour == OTHERS]
     areas += [_Area(np.isin(codes.values, pale), OTHERS, f"{len(pale)} other itineraries")]
     areas += [_Area(late, NOT_SETTLED, said), _Area(none, "", NO_RESULT)]
-    _draw_areas(axes, results, codes.dims, areas)
+    _draw_areas(axes, sides, areas)
     first, second = map(str, codes.dims)
     shown = f"{named(second)} = {', '.join(f'{level:g}' for level in sorted(levels))}"
     for level in levels:
@@ -150,9 +152,9 @@ class _Area(NamedTuple):
     number: str = ""
 
 
-def _draw_areas(axes: Axes, results: xr.Dataset, names: Any, areas: Sequence[_Area]) -> None:
+def _draw_areas(axes: Axes, sides: Sequence[_Side], areas: Sequence[_Area]) -> None:
     """Fill the cells of each area; a large one has its number where it has most room."""
-    (x, x_label, _), (y, y_label, _) = (_axis(results, str(name)) for name in names)
+    (x, x_label, _), (y, y_label, _) = sides
     shown = [area for area in areas if area.colour and area.cells.any()]
     cells = np.ones((len(x), len(y), 4))
     for area in shown:
@@ -218,7 +220,7 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     Raises
     ------
     InvalidInput
-        For results of another kind.
+        For results of another kind, and for an axis that is no quantity.
 
     See Also
     --------
@@ -249,6 +251,8 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     texts = [str(found[code]["itinerary"]) for code in known]
     late, said = unsettled(results)
     late, alone = late & (codes < 0), axes is None
+    dims = results["attractor"].dims
+    sides = [_axis(results, str(name)) for name in dims]
     figure, axes = axes_for(axes, width, 0.62 * width)
     colours = area_colours(figure, texts)
     areas = [
@@ -257,8 +261,7 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
         for at in [codes == code]
     ]
     areas += [_Area(late, NOT_SETTLED, said), _Area(~late & (codes < 0), "", NO_RESULT)]
-    dims = results["attractor"].dims
-    _draw_areas(axes, results, dims, areas)
+    _draw_areas(axes, sides, areas)
     _draw_attractors(axes, results, dict(zip(known, colours, strict=True)))
     if alone:
         add_key(figure, _handles(areas) + handles_of([axes]))
@@ -281,11 +284,13 @@ def _draw_attractors(axes: Axes, results: xr.Dataset, colours: Mapping[int, str]
         axes.plot(x, y, "*", **looks)
 
 
-def _axis(results: xr.Dataset, name: str) -> tuple[NDArray[np.float64], str, float]:
-    """Values, label and scale of an axis.
+def _axis(results: xr.Dataset, name: str) -> _Side:
+    """Values, label and scale of an axis; raises InvalidInput unless it is a quantity.
 
     A start in a sweep of a device is in SI units, and the scale is that of its dimensionless value.
     """
+    if name not in results.coords:
+        raise InvalidInput("axis", name, "a quantity, to be drawn")
     values, attributes = results[name].values, results[name].attrs
     if "si_units" not in attributes:
         return values, named(name), 1.0
@@ -362,7 +367,7 @@ def plot_metric(
     progression per period [0.094 0.239 0.412 0.601 0.801 1.003]
     """
     values = metric_of(results, metric)
-    if not 1 <= values.ndim <= 2 or any(name not in results.coords for name in values.dims):
+    if not 1 <= values.ndim <= 2:
         raise InvalidInput("results", dict(values.sizes), "a sweep over one or two axes")
     factor, unit = 1.0, values.attrs.get("si_units", "")
     if unit:

@@ -68,6 +68,18 @@ def test_a_curve_that_lacks_something_is_one_line(results: xr.Dataset, lacks: st
         draw(results, curves=[CURVE, broken])
 
 
+@pytest.mark.parametrize("draw", [plot_chart, plot_metric, plot_basin])
+def test_an_axis_of_several_quantities_is_refused(results: xr.Dataset, draw) -> None:
+    """The cells of a random design have no order."""
+    results["velocity"] = results["itinerary"] * 0.5
+    results["attractor"] = results["itinerary"].copy(data=np.zeros((40, 20), int))
+    results["attractor"].attrs["attractors"] = [{"itinerary": "F5 F2", "fraction": 1.0}]
+    draw(results)
+    sample = results.rename_dims(alpha="sample").reset_index("alpha")
+    with pytest.raises(InvalidInput, match=r"axis = 'sample': must be a quantity"):
+        draw(sample)
+
+
 KEY = "crossing-sliding", "codimension-two point"
 NUMBERED = "1  F5 F4 F1 F2", "2  F5 F2", "3  F2"
 
