@@ -576,7 +576,10 @@ def read(path: str) -> list[Any]:
 
 
 def main(paths: list[str]) -> int:
-    """Exit status of the command, which prints a line for each certificate."""
+    """Exit status of the command: 0, 1 or 2.
+
+    It prints a line for each certificate of a file, up to the first rejected one.
+    """
     status = 0
     for path in paths:
         at = path
