@@ -68,8 +68,7 @@ def plot_shock(
     for run, colour, label in zip(shock.runs, (STABLE, SERIES[4]), said, strict=True):
         states = np.array(run.stroboscopic, dtype=float)
         apart = np.linalg.norm(states[:, None] - marks, axis=2).min(axis=1)
-        periods = np.arange(len(apart)) + (1 if shock.phase else 0)
-        right.semilogy(periods, apart, ".-", color=colour, label=label)
+        right.semilogy(run.stroboscopic_periods, apart, ".-", color=colour, label=label)
     right.set_xlabel("excitation periods")
     right.set_ylabel("distance from the motion" + " (dimensionless)" * (device is not None))
     if axes is None:

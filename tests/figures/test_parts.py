@@ -13,6 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import capsule_sym as cs
+from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._design.front_search import FrontPart
 from capsule_sym.figures import plot_front, plot_residuals, plot_tolerances
 from capsule_sym.results import Front, Optimum, Status
@@ -34,6 +35,20 @@ def pulse() -> Any:
     both = cs.Parameters(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
     ends = (cs.solve_orbit(both, start) for start in ((0.5, -0.9, -0.9), (0.4, 0.9, 0.1)))
     return cs.switch_by_pulse(*ends, values=100)
+
+
+@pytest.mark.parametrize("turns", [0, 1])
+def test_periods_after_a_shock_are_counted_from_its_own(turns: int) -> None:
+    """A shock at phase 0, also of the second period, is one of a stroboscopic state."""
+    orbit = cs.solve_orbit(cs.Parameters(alpha=0.05, zeta=0.005))
+    assert orbit.itinerary.period_number == 2
+    phase = turns * orbit.parameters.period
+    start, knock = stroboscopic(orbit)[turns], np.array([0.0, 1e-3, 0.0])
+    about = (orbit, (1.0, 1.0, 1.0), 1e-3, knock, phase, start, None, 1, Status.FOUND, "")
+    _, right = cs.plot(cs.results.Shock(*about)).axes
+    for line, share in zip(right.lines, (0.999, 1.001), strict=True):
+        assert line.get_xdata().tolist() == list(range(65))
+        assert line.get_ydata()[0] == pytest.approx(share * 1e-3, rel=1e-6)
 
 
 def front_of(
