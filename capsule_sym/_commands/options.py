@@ -285,7 +285,7 @@ State = Annotated[
     Triple,
     option(
         metavar="X_R V_R V_C",
-        help="State at phase 0 from which the motion settles.  [default: 0 0 0]",
+        help="Dimensionless state at phase 0 from which the motion settles.  [default: 0 0 0]",
     ),
 ]
 Folder = Annotated[Path | None, written(help="Write the JSON and its tables as CSV here.")]
