@@ -22,7 +22,7 @@ _ROUNDED = 1e-9  # periods
 _PER_RADIAN = 16  # points per radian of a segment's fastest rate
 
 Motion = Trajectory | Orbit
-"""A run that ends in a steady motion, or a periodic orbit."""
+"""A run, or a periodic orbit."""
 
 
 @dataclass(frozen=True)

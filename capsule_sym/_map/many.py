@@ -51,7 +51,7 @@ class Trajectories(Labelled):
     periods: NDArray[np.int64]
     """Whole excitation periods completed, shape (n,)."""
     status: NDArray[np.str_]
-    """Status of each run, a `Status`, shape (n,)."""
+    """Text of the `Status` of each run, shape (n,)."""
     offsets: NDArray[np.int64]
     """Offsets of the runs in `kept`, followed by its length, shape (n + 1,)."""
     kept: NDArray[np.float64]

@@ -69,7 +69,7 @@ QUANTITIES = tuple(VARIABLES)
 """Quantities of a cell. An itinerary comes with its period number, energies with the average
 velocity. Multipliers, energies and forces are those of the orbit solved by Newton's method."""
 OF_ORBIT = frozenset(("multipliers", "energies", "forces", "lyapunov"))
-"""Quantities that need that orbit."""
+"""Quantities of that orbit; `lyapunov` without a periodic motion is that of a further run."""
 
 ATTRACTOR = "attractor"
 """Name of the further result of a basin."""

@@ -66,7 +66,7 @@ class PathRun(ABC):
     unlocated: Sequence[str] = ()
     """Inequalities that failed in the last step tried, without a located event."""
     _falls = False
-    """True if the parameter changes ever more slowly along the path."""
+    """True if the parameter's rate along the path fell in the last step, which had no event."""
 
     def __init__(self, continuation: Continuation, points: int, most: int) -> None:
         self.continuation, self.problem = continuation, continuation.problem
