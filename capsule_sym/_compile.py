@@ -102,7 +102,7 @@ def opened(path: str) -> Any:
 def kept(name: str, kernels: str) -> str:
     """Path of a shipped scene's core in the user's cache, compiled there at the first use.
 
-    A line on stderr says so. Empty without a compiler, and after another line if it fails. A file
+    Writes a line to stderr. Empty without a compiler, and after another line if it fails. A file
     that cannot be loaded, cut or for another machine, is removed and compiled again.
     """
     import platform

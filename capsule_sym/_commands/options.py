@@ -114,7 +114,7 @@ def _parameters(kind: Any = float, of_device: Any = None) -> OptionGroup:
 def _of_scene(
     scene: Scene, kind: Any, in_file: Any
 ) -> tuple[Callable[..., System], list[click.Parameter]]:
-    """What makes a `System` of options, and these: one for each parameter, a file, the scene.
+    """Function that makes a `System` of options, and these, for each parameter, a file, the scene.
 
     With `in_file`, the type of their values, also one for each quantity of a device that is
     proportional to a parameter.

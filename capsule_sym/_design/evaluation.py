@@ -92,8 +92,8 @@ def drifting(
 ) -> NDArray[np.bool_]:
     """Mask (n,) of motions that drift by more than rounding errors.
 
-    By parameters (n, k), fields (n, m) padded with 0, METRICS (n, 7) and largest moduli of
-    multipliers (n,), all dimensionless.
+    By parameters (n, k), fields (n, m) padded with 0, METRICS (n, 7) and the largest modulus of the
+    multipliers of each (n,), all dimensionless.
     """
     facts = scene.facts
     touching = [field for field, (contact, _) in facts.FIELDS.items() if contact]

@@ -126,7 +126,7 @@ def _on_piece(program: Program, place: Place) -> LocalOptimum | None:
 def _as_good(found: LocalOptimum, best: Place) -> bool:
     """True if an optimum is as good as a place, or the place violates a limit.
 
-    What the place gains by violations within KEPT, by the multipliers, does not count.
+    A gain of the place by violations within KEPT does not count; the multipliers estimate it.
     """
     gained = float(found.multipliers @ np.maximum(-best.slacks, 0.0))
     return best.beyond > 0 or found.place.objective <= best.objective + gained + SOLVED

@@ -129,8 +129,8 @@ def simulate_many(
     max_segments : int or None, default None, 1 to 10^12
         Largest number of segments of each run; None is that of `simulate`.
     max_open : int, default -1
-        Number of switches of each run for which the reference map may take over because the core
-        cannot decide them. A run with more of them ends with the status segment-limit. A value
+        Number of switches of each run that the reference map may solve because the core cannot
+        decide them. A run with more of them ends with the status segment-limit. A value
         below 0 is no limit. It applies to runs in vector lanes only.
     max_seconds : float, default inf, above 0
         Time limit of all runs together, in seconds of wall time. Runs that did not finish have the

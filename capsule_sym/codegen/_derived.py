@@ -82,7 +82,7 @@ def derive(header: str, digest: str, *, whole: bool = True) -> Derived:
 
 
 def read(name: str) -> dict[str, Any]:
-    """Content of the table `name`.toml of the inputs, read anew by each call."""
+    """Content of the table `name`.toml of the inputs, read again by each call."""
     return tomllib.loads((INPUTS / f"{name}.toml").read_text(encoding="utf-8"))
 
 

@@ -145,7 +145,7 @@ def test_a_neighbourhood_near_a_fold_shrinks_on_the_way_to_the_saddle() -> None:
 
 
 def test_a_slow_orbit_of_several_periods_is_approached() -> None:
-    """A run comes ten times as near in the time that the multiplier of one period of it says."""
+    """A run comes ten times as near in the time that follows from the multiplier of one period."""
     p = cs.Parameters(alpha=0.42, omega=3.08, delta=0.004, zeta=0.002, beta=1.3, f_b=5.0)
     orbit = cs.solve_orbit(p, (-0.057, 0.053, 0.0))
     assert orbit.itinerary.period_number == 5

@@ -88,7 +88,7 @@ def test_two_processes_that_compile_a_core_at_once_both_have_a_whole_one(tmp_pat
 
 
 def test_a_core_that_is_lost_or_another_one_leaves_the_manifest(tmp_path: Path) -> None:
-    """Written again, the folder is a scene without a compiled core, as a message says."""
+    """Written again, the folder is a scene without a compiled core."""
     binary, code = tmp_path / CORE, "d" * 16
     binary.write_bytes(b"core")
     entries = {"core": {CORE: digest_of(b"core")}, "core_sources": "e" * 16}

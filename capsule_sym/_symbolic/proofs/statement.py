@@ -39,7 +39,7 @@ class Statement:
     Attributes:
         name: Identifier, such as "cells.F1.guards".
         equation: Place in the paper, or of a scene's statement its field or surface.
-        says: Text of the statement.
+        `says`: Text of the statement.
         check: Decides a claim: the statement is proved if `check(**claim)` is True.
         claim: Arguments of the check.
         wrong: Arguments that differ in a wrong claim, which the check has to refuse; beside a
