@@ -130,6 +130,18 @@ def test_a_curve_in_other_parameters() -> None:
     assert ratios == pytest.approx(one.value / 0.02, rel=1e-12)
 
 
+@pytest.mark.parametrize("share", [1 - 5e-4, 1 + 5e-4])
+def test_a_curve_ends_at_the_border_that_it_meets_first(share: float) -> None:
+    """The touch from rest is at alpha = ratio * delta: a line that passes by the corner."""
+    one = next(one for one in upwards(3.3).bifurcations if one.type == kinds.GRAZING)
+    ratio, delta = one.value / 0.02, 0.021
+    ranges = ((0.001, share * ratio * delta), (0.001, delta))
+    curve = cs.continue_bifurcation(one, "delta", ranges, points=10)
+    end = min(share, 1.0) * delta
+    assert curve.points[-1].values == pytest.approx((ratio * end, end), rel=1e-12)
+    assert curve.endings[1][0] is cs.results.Status.REACHED
+
+
 @pytest.mark.parametrize(
     ("second", "ranges", "field"),
     [

@@ -139,10 +139,12 @@ class PathRun(ABC):
         """Step of this length; None if it is too long."""
         family, guess = self.continuation, state.u + length * state.tangent
         try:
-            solution = family.corrected(guess, state.tangent)
-            outside = None if solution is None else self._outside(solution.u)
-            if solution is not None and outside is not None:
-                solution = self._at_border(state, solution, *outside)
+            solution, at_border = family.corrected(guess, state.tangent), False
+            # A step may leave both ranges: the second q is tested at the border of the first.
+            for k in range(-len(self.problem.axes), 0):
+                if solution is not None and not 0 <= solution.u[k] <= 1:
+                    solution = self._at_border(state, solution, k, float(solution.u[k] > 1))
+                    at_border = True
         except (ArithmeticError, ValueError):
             return None  # the parameters, or their path, have no value at the guess
         if solution is None:
@@ -161,7 +163,7 @@ class PathRun(ABC):
         smooth = smooth_between(family, state, new, event.share if event else 1.0)
         further = 2 * length if solution.steps <= 3 else length
         further = _FIRST_STEP if event else further
-        return Step(new, smooth, event, outside is not None, further)
+        return Step(new, smooth, event, at_border, further)
 
     def _may_skip_two(self, old: Spot, new: Spot) -> bool:
         """True if a step may have passed two bifurcations of one type, without a change of sign.
@@ -196,13 +198,6 @@ class PathRun(ABC):
     def _slope(self, name: str, state: Spot) -> float:
         """Derivative of a test function along the path."""
         return float(self.continuation.row(state.orbit, Condition(name)) @ state.tangent)
-
-    def _outside(self, u: Vector) -> tuple[int, float] | None:
-        """Index and border of the first q outside [0, 1]; None if all are inside."""
-        for k in range(len(u) - len(self.problem.axes), len(u)):
-            if not 0 <= u[k] <= 1:
-                return k, float(u[k] > 1)
-        return None
 
     def _at_border(self, state: Spot, beyond: Corrected, k: int, edge: float) -> Corrected | None:
         """Point at which a step leaves the range.
