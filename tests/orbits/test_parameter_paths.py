@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
+from capsule_sym._orbits.continuation.crossing import Rejoining
+from capsule_sym._orbits.continuation.problem import computing
 from capsule_sym._orbits.continuation.records import branch_record
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._records import dumps
@@ -131,6 +133,21 @@ def test_a_path_ends_where_its_function_does() -> None:
     branch = cs.continue_orbit(start, "a", 0.001, points=5, ties=ties)
     assert all(isinstance(value, float) for value in branch.points[-1].orbit.values)
     assert branch.points[-1].value < 0.1
+
+
+def test_a_branch_leaves_the_end_of_its_path() -> None:
+    """Below its start the power has no real values."""
+    ties = {"zeta": "0.01+(alpha-0.9)**1.5"}
+    branch = cs.continue_orbit(settled(alpha=0.9, zeta=0.01), "alpha", 1.0, points=4, ties=ties)
+    (found,) = cs.continue_from(branch, "EP1", 1.0, points=4)
+    assert found.status is cs.results.Status.REACHED
+    end, there = found.points[-1].orbit, settled(alpha=1.0, zeta=0.01 + 0.1**1.5)
+    assert end.values == pytest.approx(there.values, rel=1e-14)
+    assert end.progression == pytest.approx(there.progression, abs=1e-11)
+    # Runs beyond find no orbit there either.
+    with computing(4, 60.0, branch.axis) as problem:
+        begin = branch.points[0].orbit
+        assert Rejoining(problem, begin.itinerary, begin, -1.0, 1.0).junction() is None
 
 
 def test_values_between_those_tried_are_refused_where_a_branch_comes_to_them() -> None:

@@ -341,7 +341,7 @@ class Rejoining:
             parameters = self.orbit.scene.Parameters(*self.axis.placed(values, q))
             found = _closed(parameters, self.state, self.number) if 0 <= q <= 1 else iter(())
             return next((one for one in found if self._apart(one) < near), None)
-        except InvalidInput:  # of parameters, or of a state that Newton's method leads to
+        except (ArithmeticError, InvalidInput):  # of parameters, their path, or a state
             return None
 
     def _apart(self, orbit: Orbit) -> float:

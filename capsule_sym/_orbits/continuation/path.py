@@ -138,15 +138,12 @@ class PathRun(ABC):
     def _tried(self, state: Spot, length: float) -> Step | None:
         """Step of this length; None if it is too long."""
         family, guess = self.continuation, state.u + length * state.tangent
-        try:
-            solution, at_border = family.corrected(guess, state.tangent), False
-            # A step may leave both ranges: the second q is tested at the border of the first.
-            for k in range(-len(self.problem.axes), 0):
-                if solution is not None and not 0 <= solution.u[k] <= 1:
-                    solution = self._at_border(state, solution, k, float(solution.u[k] > 1))
-                    at_border = True
-        except (ArithmeticError, ValueError):
-            return None  # the parameters, or their path, have no value at the guess
+        solution, at_border = family.corrected(guess, state.tangent), False
+        # A step may leave both ranges: the second q is tested at the border of the first.
+        for k in range(-len(self.problem.axes), 0):
+            if solution is not None and not 0 <= solution.u[k] <= 1:
+                solution = self._at_border(state, solution, k, float(solution.u[k] > 1))
+                at_border = True
         if solution is None:
             return None
         new = family.state(solution.u, state.tangent, solution)

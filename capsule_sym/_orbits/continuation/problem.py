@@ -195,28 +195,29 @@ class Family(OrbitEquations):
     def corrected(self, guess: Vector, normal: Vector) -> Corrected | None:
         """Point of the curve in the plane through the guess, by Newton's method; None if none.
 
-        The iteration ends when a step is within the tolerance, or limited by rounding.
+        The iteration ends when a step is within the tolerance, or limited by rounding. None also
+        where the parameters, or their path, have no value.
         """
         u, size, found = guess, float("inf"), None
-        for step in range(1, _NEWTON_STEPS + 1):
-            at = self.evaluate(u)
-            if not np.all(np.isfinite(at.residual)):
-                return None
-            rounding = _ROUNDING * (1 + np.max(abs(u)))
-            if size < _ROUNDING_STEP and np.max(abs(at.residual)) <= rounding:
-                return Corrected(u, at, step - 1)
-            try:
+        try:
+            for step in range(1, _NEWTON_STEPS + 1):
+                at = self.evaluate(u)
+                if not np.all(np.isfinite(at.residual)):
+                    return None
+                rounding = _ROUNDING * (1 + np.max(abs(u)))
+                if size < _ROUNDING_STEP and np.max(abs(at.residual)) <= rounding:
+                    return Corrected(u, at, step - 1)
                 change = np.linalg.solve(
                     np.vstack([at.by, normal]), -np.append(at.residual, normal @ (u - guess))
                 )
-            except np.linalg.LinAlgError:
-                return None
-            u, size = u + change, float(np.linalg.norm(change))
-            if size < _NEWTON_TOLERANCE * (1 + np.linalg.norm(u)):
-                found = Corrected(u, self.evaluate(u), step)
-                # Near a segment of duration 0 the inexact derivative leaves a larger residual.
-                if np.max(abs(found.at.residual)) <= _RESIDUAL_TOLERANCE * (1 + np.max(abs(u))):
-                    break
+                u, size = u + change, float(np.linalg.norm(change))
+                if size < _NEWTON_TOLERANCE * (1 + np.linalg.norm(u)):
+                    found = Corrected(u, self.evaluate(u), step)
+                    # Near a segment of duration 0 the inexact derivative leaves a larger residual.
+                    if np.max(abs(found.at.residual)) <= _RESIDUAL_TOLERANCE * (1 + np.max(abs(u))):
+                        break
+        except (ArithmeticError, ValueError):  # LinAlgError is a ValueError
+            return None
         return found
 
     def corrected_at(self, guess: Vector, k: int, value: float) -> Corrected | None:
