@@ -4,6 +4,7 @@ import math
 import shutil
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,14 @@ from capsule_sym._map.drift import dragged
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
 from capsule_sym._orbits.continuation.bifurcations import refined
+from capsule_sym._orbits.continuation.records import branch_record
 from capsule_sym._orbits.shooting import extrema
 from capsule_sym._orbits.shooting.admissibility import inequalities
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import _by_kernels, of_core, shooting
 from capsule_sym._orbits.shooting.symmetry import symmetric
+from capsule_sym._records import dumps
 from capsule_sym.scenes import Scene
 from tests.sampling import sampled, some
 from tests.scenes import SCENES, Integrator, Start
@@ -362,6 +365,22 @@ def test_a_branch_ends_where_its_orbits_become_their_own_mirror_images() -> None
     assert back.status is results.Status.SYMMETRIC
     assert back.bifurcations[-1].type == "symmetry breaking"
     assert back.bifurcations[-1].value == pytest.approx(breaking.value, abs=1e-11)
+
+
+def test_a_doubled_branch_of_pulses_goes_on_from_its_file(tmp_path: Path) -> None:
+    """At the end of a doubled branch, that of half the period begins."""
+    p = cs.scenes.reaction_pulse.Parameters(
+        alpha=0.76, alpha_low=-0.03, D=0.4, omega=0.76, zeta=0.01, beta=12.6
+    )
+    to, path = 0.74, tmp_path / "branch.json"
+    doubled = cs.continue_orbit(cs.solve_orbit(p), "omega", to)
+    assert doubled.status is results.Status.PERIOD_HALVED
+    path.write_text(dumps(branch_record(doubled)))
+    (found,) = cs.continue_from(path, "PD1", to, points=3)
+    there = cs.solve_orbit(p.replace(omega=to))
+    end = found.points[-1].orbit
+    assert end.itinerary.period_number == there.itinerary.period_number == 1
+    assert end.progression == pytest.approx(there.progression, abs=1e-10)
 
 
 def test_both_stops_and_edges_are_in_an_orbit_between_two_stops(judge: Integrator) -> None:

@@ -14,6 +14,7 @@ from capsule_sym._files import read_json
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.result import plain
+from capsule_sym._orbits.continuation import kinds
 from capsule_sym._orbits.continuation.bifurcations import (
     Bifurcation,
     CodimensionTwoPoint,
@@ -168,12 +169,14 @@ def _origin(scene: Scene, record: Record) -> Origin:
     if "type" not in record:
         return Origin(_orbit(record))
     orbit = _orbit({"scene": scene.source, **record["orbit"]})
-    segment, number = record["segment"], orbit.itinerary.period_number
+    segment = record["segment"]
     if segment is not None and not (type(segment) is int and 0 < segment <= len(orbit.itinerary)):
         raise ValueError(f"segment {segment} of {len(orbit.itinerary)}")
     # In the record segments are counted from the start of the cyclic itinerary.
     segment = None if segment is None else segment - 1
-    before = _itinerary(record["itinerary_before"], number, scene)
+    before = None
+    if record["type"] == kinds.HIGHER.type:  # elsewhere its period number may be another one
+        before = _itinerary(record["itinerary_before"], orbit.itinerary.period_number, scene)
     return Origin(orbit, record["type"], segment, record["symmetry"] or "", before)
 
 
