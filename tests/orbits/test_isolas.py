@@ -100,6 +100,13 @@ def test_a_branch_that_is_not_closed_is_followed_to_both_ends() -> None:
     assert back.success
 
 
+def test_a_branch_reaches_an_end_next_to_its_start() -> None:
+    ends = (1.2 - 1e-5, 1.3)
+    ahead, back = cs.continue_both_ways(cs.solve_orbit(REST), "alpha", ends, points=4)
+    assert back.points[-1].value == ends[0]
+    assert [one.status for one in (ahead, back)] == 2 * [cs.results.Status.REACHED]
+
+
 @pytest.mark.parametrize(
     ("parameter", "ends", "field"),
     [

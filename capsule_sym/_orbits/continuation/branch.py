@@ -171,7 +171,8 @@ class BranchRun(PathRun):
 
     def reach_border(self, state: Spot) -> None:
         ending = Status.REACHED
-        if state.u[-1] < 0.5 and self.first.u[-1] < NEIGHBOUR_STEP:
+        beside = NEIGHBOUR_STEP if self.origin else 0.0  # branches begin beside a labelled point
+        if state.u[-1] < 0.5 and self.first.u[-1] <= beside:
             # The branch returns to the start: beyond a fold, or with the halves of a doubled orbit
             # exchanged.
             end, first = whole_orbit(state.orbit), self.points[0].orbit
