@@ -122,3 +122,12 @@ def test_bad_input_is_refused(parameter: str, ends: Any, field: str) -> None:
     with pytest.raises(cs.InvalidInput) as caught:
         cs.continue_both_ways(cs.solve_orbit(REST), parameter, ends)
     assert caught.value.field == field
+
+
+def test_an_orbit_in_fifty_digits_is_refused() -> None:
+    orbit = cs.solve_orbit(REST).refined()
+    assert orbit.success
+    for follow, to in ((cs.continue_orbit, 1.3), (cs.continue_both_ways, (1.1, 1.3))):
+        with pytest.raises(cs.InvalidInput, match="must be in double precision") as caught:
+            follow(orbit, "alpha", to)
+        assert (caught.value.field, caught.value.value) == ("orbit", orbit)

@@ -90,8 +90,8 @@ def continue_orbit(
     InvalidInput
         For an unknown parameter of which no tied one is an affine function, a value that the
         parameter cannot have, and equal values. For an orbit whose parameters are not on the path,
-        and a result without an orbit. For ties that are not arithmetic, or that give values which
-        parameters cannot have. Also for other arguments out of their ranges.
+        an orbit in 50 digits, and a result without one. For ties that are not arithmetic, or that
+        give values which parameters cannot have. Also for other arguments out of their ranges.
 
     Notes
     -----
@@ -210,6 +210,8 @@ def _sides_of(
 
 def _checked_axis(orbit: Orbit, path: ParameterPath, begin: float, end: float) -> PathAxis:
     """Axis of an orbit's path between two values; raises InvalidInput."""
+    if orbit.backend != "numpy":
+        raise InvalidInput("orbit", orbit, "in double precision")
     for value in (begin, end) if path.name in path.names else ():
         orbit.parameters.replace(**{path.name: value})
     axis = PathAxis(path, begin, end)
