@@ -419,6 +419,14 @@ def test_an_itinerary_is_of_the_fields_of_its_scene() -> None:
         orbits.solve_itinerary(cs.scenes.slope.Parameters(), pulses, [0.0] * 8)
 
 
+def test_a_text_of_many_digits_is_refused_at_once() -> None:
+    text = "1" * 40 + "x"  # its digits part into numbers in 2^39 ways
+    with pytest.raises(cs.InvalidInput) as caught:
+        results.Itinerary.parse(text, scene="prototype")
+    assert (caught.value.field, caught.value.value) == ("itinerary", text)
+    assert results.Itinerary.parse("F1F4,13 F10", scene="prototype").fields == (1, 4, 13, 10)
+
+
 def test_the_jacobian_of_a_run_is_that_of_differences(judge: Integrator) -> None:
     for name in MOTIONS:
         p, x = parameters(name), np.array([0.31, -0.2, 0.4])

@@ -157,7 +157,7 @@ class Itinerary:
         """
         scene = as_scene(scene)
         few = len(scene.facts.FIELDS) < 10
-        number = r"[1-9]" if few else r"[1-9]\d*"
+        number = r"[1-9]" if few else r"[1-9]\d*+"  # all digits, of which none is given back
         if not re.fullmatch(rf"\s*(F?{number}[\s,]*)+", text):
             raise InvalidInput("itinerary", text, 'fields such as "F5 F2" or "52"')
         fields = (int(digits) for digits in re.findall(number, text))
