@@ -68,3 +68,15 @@ def test_the_first_half_of_the_longest_segment_is_compared_too() -> None:
     assert touching.success
     assert tightest(touching).value < 0
     assert not is_admissible(touching)
+
+
+def test_a_first_half_stands_for_its_whole_orbit() -> None:
+    """Without contact there is one motion, its own mirror image; it rests at the lower alpha."""
+    for alpha, fields in ((0.9, (2, 1)), (1.2, (1,))):
+        half = cs.orbits.half_orbit(settled(alpha=alpha, delta=10.0))
+        assert half is not None
+        assert half.itinerary.fields == fields
+        assert is_admissible(half)
+    other = solve_itinerary(cs.Parameters(alpha=0.9, delta=10.0), half.itinerary, half.z)
+    assert other.success
+    assert not is_admissible(other)

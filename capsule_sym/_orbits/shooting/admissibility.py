@@ -249,7 +249,8 @@ def is_admissible(orbit: Orbit) -> bool:
     Parameters
     ----------
     orbit : Orbit
-        A solved orbit, whose `success` is True; not a first half, but its `whole_orbit`.
+        A solved orbit, whose `success` is True. A first half, as `half_orbit` gives, stands for its
+        whole orbit.
 
     Returns
     -------
@@ -278,7 +279,7 @@ def is_admissible(orbit: Orbit) -> bool:
     (True, False)
     """
     fields = tuple(segment.field for segment in rerun(orbit).segments)
-    expected = orbit.itinerary.rotated(_longest(orbit)).fields
+    expected = orbit.itinerary.rotated(_longest(orbit)).whole.fields
     if len(expected) == 1:
         return fields == expected
     # The run begins in the middle of a segment, whose first half comes last, before the next one.
