@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import InvalidInput, Parameters, results
+from capsule_sym import InvalidInput, Parameters, results, scenes
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.precision import workspace
@@ -188,6 +188,16 @@ def test_word_knows_its_guards() -> None:
 def test_impossible_words_are_refused(text: str) -> None:
     with pytest.raises(InvalidInput, match=r"itinerary = "):
         results.Itinerary.parse(text)
+
+
+@pytest.mark.parametrize("fields", [(), (5,), (5, 2, 1)])
+def test_impossible_halves_are_refused(fields: tuple[int, ...]) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        results.Itinerary.of(fields, mirrored=True)
+    assert (caught.value.field, caught.value.value) == ("itinerary", fields)
+    # The image of a touch is at the other stop, if there is one; here at the low level of pulses.
+    half = results.Itinerary.of((2, 5, 2), mirrored=True, scene=scenes.prototype)
+    assert half.whole.fields == (2, 5, 2, 11, 17, 11)
 
 
 def test_parameters_are_in_the_order_of_the_dataclass() -> None:

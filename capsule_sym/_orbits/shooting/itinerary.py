@@ -127,9 +127,9 @@ class Itinerary:
     ) -> Itinerary:
         """Itinerary of these fields; each guard follows from a field and the next one.
 
-        Raises InvalidInput for a field that does not exist, for two fields that no single guard
-        connects, for one field alone unless it sticks without pulses or is `mirrored`, and for a
-        period number as the constructor does.
+        Raises InvalidInput for no field or one that does not exist, for two fields that no single
+        guard connects, for one field alone unless it sticks without pulses or is `mirrored`, for
+        contact with a single stop if `mirrored`, and for a period number as the constructor does.
         """
         order = tuple(fields)
         for field in order:
@@ -137,9 +137,11 @@ class Itinerary:
                 raise InvalidInput(
                     "itinerary", order, f"fields from 1 to {len(scene.facts.FIELDS)}"
                 )
+            if mirrored and len(scene.facts.STOPS) == 1 and contact(field, scene):
+                raise InvalidInput("itinerary", order, "without contact, in halves with one stop")
         if len(order) == 1 and drift(order[0], scene) == 0 and not scene.facts.PULSED:
             return cls((ItinerarySegment(order[0], None),), period_number, mirrored, scene)
-        if len(order) < 2 and not mirrored:
+        if len(order) < 2 - mirrored:
             raise InvalidInput("itinerary", order, "one sticking field, or at least two fields")
         following = (*order[1:], mirror(order[0], scene) if mirrored else order[0])
         segments = (
