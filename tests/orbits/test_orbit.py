@@ -9,6 +9,8 @@ import pytest
 from mpmath import mp, mpf
 
 import capsule_sym as cs
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.shooting.itinerary import ItinerarySegment
 from capsule_sym._orbits.shooting.orbit import _UNSOLVED
 from capsule_sym.generated.interface import Solving
 from capsule_sym.orbits import solve_itinerary
@@ -142,6 +144,27 @@ def test_motion_that_does_not_settle_is_typed() -> None:
 def test_guess_of_the_wrong_size_is_refused(guess: list[float] | None) -> None:
     with pytest.raises(cs.InvalidInput, match="guess"):
         solve_itinerary(cs.Parameters(), Itinerary.parse("52"), guess)
+
+
+@pytest.mark.parametrize("backend", ["numpy", "mpmath"])
+@pytest.mark.parametrize("omega", [-0.8, 0.0, math.nan])
+def test_values_that_parameters_cannot_have_are_refused(omega: float, backend: str) -> None:
+    orbit = settled(alpha=0.9)
+    values = [0.9, omega, *orbit.values[2:]]
+    with pytest.raises(cs.InvalidInput) as caught:
+        solve_itinerary(values, orbit.itinerary, orbit.z, backend=backend)
+    assert (caught.value.field, repr(caught.value.value)) == ("omega", repr(omega))
+
+
+@pytest.mark.parametrize("backend", ["numpy", "mpmath"])
+@pytest.mark.parametrize("fields", [(9, 2), (5, 1), ()])
+def test_a_handmade_itinerary_of_impossible_fields_is_refused(
+    fields: tuple[int, ...], backend: str
+) -> None:
+    itinerary = Itinerary(tuple(ItinerarySegment(field, Guard.GAP) for field in fields))
+    with pytest.raises(cs.InvalidInput, match=r"itinerary = ") as caught:
+        solve_itinerary(cs.Parameters(), itinerary, [0.0] * (4 + len(fields)), backend=backend)
+    assert caught.value.field == "itinerary"
 
 
 def test_guess_may_be_rough() -> None:

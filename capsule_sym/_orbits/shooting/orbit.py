@@ -289,8 +289,8 @@ def solve_itinerary(
     Raises
     ------
     InvalidInput
-        For a guess of the wrong size, a missing one, another number of parameters, another backend,
-        or an itinerary that the scene does not have.
+        For a guess of the wrong size, a missing one, another number of parameters or values that
+        they cannot have, another backend, or an itinerary that the scene does not have.
 
     See Also
     --------
@@ -326,6 +326,9 @@ def solve_itinerary(
         names = itinerary.scene.facts.PARAMETERS
         if len(values) != len(names):
             raise InvalidInput("parameters", values, f"the values of {', '.join(names)}")
+        # Both raise InvalidInput.
+        itinerary.scene.Parameters(*map(float, values))
+        Itinerary.of(itinerary.fields, itinerary.period_number, itinerary.mirrored, itinerary.scene)
         if guess is None:
             guess = _stick_guess(numbers, values, itinerary)
         if len(guess) != len(itinerary) + 4:
