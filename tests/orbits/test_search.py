@@ -122,6 +122,14 @@ def test_motion_of_three_periods_is_found_as_one() -> None:
     assert found == {1, 3}
 
 
+def test_a_run_that_stops_early_is_read_as_no_orbit() -> None:
+    parameters = cs.Parameters(alpha=0.9)
+    state = cs.simulate(parameters, periods=50, keep="final").final[1]
+    assert cs.orbits.orbit_at(parameters, state, 3) is not None
+    # The run ends after 10^6 segments, which are no period of an orbit.
+    assert cs.orbits.orbit_at(parameters, state, 10**12) is None
+
+
 def test_run_too_short_to_settle_is_typed() -> None:
     found = cs.solve_orbit(
         cs.Parameters(alpha=2.9, omega=3.0, delta=0.2, zeta=0.0, beta=50.0), periods=8

@@ -437,8 +437,9 @@ def orbit_at(
 
     The map is run from the state over `period_number` excitation periods. This run is the guess
     from which the orbit of its itinerary is solved for, so that the state may be slightly off the
-    orbit. Its distance from the orbit is not tested. The result is None if the run is no cycle of
-    segments, if Newton's method does not converge, or if the orbit is not admissible.
+    orbit. Its distance from the orbit is not tested. The result is None if the run stops early, as
+    after 10^6 segments, or is no cycle of segments, if Newton's method does not converge, or if the
+    orbit is not admissible.
 
     Parameters
     ----------
@@ -475,7 +476,8 @@ def orbit_at(
     None
     """
     check_count("period_number", period_number)
-    return _read_off(simulate(parameters, state, periods=period_number), period_number)
+    run = simulate(parameters, state, periods=period_number)
+    return _read_off(run, period_number) if run.success else None
 
 
 def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
