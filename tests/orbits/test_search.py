@@ -1,10 +1,13 @@
 """Search for orbits: coexisting attractors against a grid of initial states, unstable orbits."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import capsule_sym as cs
+from capsule_sym._orbits.shooting import search
 from capsule_sym.orbits import floquet_multipliers, is_admissible, solve_itinerary, tightest
 from capsule_sym.results import Itinerary, Orbit, Status
 from tests.finals import final_states, parameter_rows
@@ -95,6 +98,20 @@ def test_orbits_are_found_once_and_the_same_every_time() -> None:
     assert [orbit.z.tolist() for orbit in one] == [orbit.z.tolist() for orbit in two]
     assert [str(orbit.itinerary) for orbit in one].count("F2") == 1
     assert all(orbit.residual <= 1e-13 for orbit in one)
+
+
+def test_a_transient_of_more_than_a_million_segments_ends_at_phase_0(monkeypatch) -> None:
+    runs = list[cs.results.Trajectory]()
+
+    def simulate(*given: Any, **named: Any) -> cs.results.Trajectory:
+        runs.append(cs.simulate(*given, **named))
+        return runs[-1]
+
+    monkeypatch.setattr(search, "simulate", simulate)
+    # Each period has the four segments F5 F4 F1 F2.
+    cs.search_orbits(cs.Parameters(alpha=0.9), 1, period_numbers=(1,), transient=250_001)
+    assert all(run.success for run in runs)
+    assert {float(run.final[0].phase) for run in runs} == {0.0}
 
 
 def test_progress_is_reported() -> None:

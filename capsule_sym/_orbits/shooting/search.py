@@ -333,8 +333,8 @@ def search_orbits(
         random = np.random.default_rng(seed)
         for done in range(starts):
             state = random.uniform(-1.0, 1.0, 3) * bounds
-            settled = simulate(parameters, state.tolist(), periods=transient).final[1]
-            for begin in (state, np.array(settled, dtype=float)):
+            settled = simulate(parameters, state.tolist(), periods=transient, keep="final")
+            for begin in (state, np.array(settled.final[1], dtype=float)):
                 for period_number in periods:
                     orbit = newton_orbit(parameters, begin, period_number)
                     if orbit is not None and not any(same(orbit, known) for known in found):
