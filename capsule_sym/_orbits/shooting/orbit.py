@@ -326,9 +326,8 @@ def solve_itinerary(
         names = itinerary.scene.facts.PARAMETERS
         if len(values) != len(names):
             raise InvalidInput("parameters", values, f"the values of {', '.join(names)}")
-        # Both raise InvalidInput.
-        itinerary.scene.Parameters(*map(float, values))
-        Itinerary.of(itinerary.fields, itinerary.period_number, itinerary.mirrored, itinerary.scene)
+        if not isinstance(parameters, SceneParameters):
+            itinerary.scene.Parameters(*map(float, values))  # raises InvalidInput
         if guess is None:
             guess = _stick_guess(numbers, values, itinerary)
         if len(guess) != len(itinerary) + 4:
@@ -354,8 +353,13 @@ def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerar
 
 def _found(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector) -> Orbit:
     """Result of Newton's method, in the C core or in any number system."""
-    by_core = ClosedForms(numbers, values).solved(itinerary, z)
+    try:
+        by_core = ClosedForms(numbers, values).solved(itinerary, z)
+    except ValueError as error:
+        allowed = "fields of the scene, each led to by one guard"
+        raise InvalidInput("itinerary", itinerary.fields, allowed) from error
     if by_core is None:
+        Itinerary.of(itinerary.fields, itinerary.period_number, itinerary.mirrored, itinerary.scene)
         z, system, solving, steps, norm = newton(numbers, values, itinerary, z)
     else:
         z, arrays, solving, steps, norm = by_core
