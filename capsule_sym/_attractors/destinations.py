@@ -46,7 +46,7 @@ class Cycle(NamedTuple):
     @property
     def rate(self) -> float:
         """Factor by which a small distance from the orbit shrinks in an excitation period."""
-        return self.multiplier ** (1 / len(self.states))
+        return float(self.multiplier ** (1 / len(self.states)))
 
     def distance(self, states: Vector) -> Vector:
         """Distance of each state, (n, 3), from the nearest one of the orbit, (n,).

@@ -180,10 +180,10 @@ class PulseSearch:
                     return
                 at = self.windows.index(best)
                 self.windows[at : at + 1] = parts
-        over = "{} from {:.6g} to {:.6g}".format(self.name, *ends)
-        pulses = f"of at most {counted(most, 'period')} with {over}"
+        pulse = "pulse of at most {} with {} from {:.6g} to {:.6g}"
+        pulse = pulse.format(counted(most, "period"), self.name, *ends)
         self.status, self.best = Status.NO_PULSE, None
-        self.message = f"no pulse {pulses} leads to the other attractor"
+        self.message = f"no {pulse} leads to the other attractor"
 
     def parts(self, window: PulseWindow, count: int) -> list[PulseWindow]:
         """Parts of a range in which pulses lead to the end, ascending.

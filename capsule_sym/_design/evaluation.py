@@ -139,12 +139,11 @@ def _start_of(orbit: Orbit, parameters: SceneParameters) -> tuple[list[float], f
 
 def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | None:
     """Motion of the same itinerary at other parameters, admissible or not; None if none."""
-    orbit = motion.orbit
+    if (orbit := motion.orbit) is None:
+        return None
     moved = _values(parameters) - _values(motion.parameters)
     with suppress(np.linalg.LinAlgError):
         for share in (1.0, 0.0):
-            if orbit is None:
-                break
             guess = np.array(orbit.z, dtype=float) + share * orbit.by_parameter @ moved
             solved = solve_itinerary(parameters, orbit.itinerary, guess.tolist())
             if solved.success:

@@ -205,8 +205,7 @@ class FrontSearch:
             return Status.OPTIMAL, "one point is best in both metrics"
         if len(self.parts) > 1:
             found += f" in {len(self.parts)} parts"
-        rough = sum(not one.optimum.success for one in self.points)
-        if rough:
+        if rough := sum(not one.optimum.success for one in self.points):
             return Status.NOT_CONVERGED, f"{found}: {rough} of them are not proved optima"
         return Status.OPTIMAL, found
 

@@ -183,9 +183,8 @@ def _check_ends(program: Program) -> None:
         for end in (0.0, 1.0):
             u = np.full(len(program.names), 0.5)
             u[i] = end
-            system = program.system_at(u)
             try:
-                checks.check_scales(dimensionless(system))
+                checks.check_scales(dimensionless(program.system_at(u)))
             except InvalidInput as error:
                 bounds = float(program.low[i]), float(program.high[i])
                 must = f"such that {error.field} is {error.allowed}"

@@ -66,8 +66,7 @@ def with_limit(best: LocalOptimum) -> LocalOptimum:
         values.append(place.objective)
     if not values:
         return best
-    fitted = np.polynomial.Polynomial.fit(margins, values, 2) if margins.any() else None
-    limit = fitted(0.0) if fitted else values[-1]
+    limit = np.polynomial.Polynomial.fit(margins, values, 2)(0.0) if margins.any() else values[-1]
     return replace(best, bifurcation=bifurcation_of(place.motion), limit=float(limit))
 
 

@@ -107,8 +107,7 @@ class Program:
         They may be outside the ranges of a run.
         """
         with suppress(InvalidInput):
-            found = dimensionless(self.system_at(u))
-            check_scales(found)
+            check_scales(found := dimensionless(self.system_at(u)))
             return found
         return None
 

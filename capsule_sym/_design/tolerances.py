@@ -191,9 +191,8 @@ def tolerances(
     mixed = [np.where(np.arange(len(chosen)) == k, other, one) for k in range(len(chosen))]
     every = np.vstack([nominal, one, other, *mixed])
     for name, values in zip(chosen, every.T.tolist(), strict=True):
-        checks.checked_ends(
-            f"tolerance of {name}", (min(values), max(values)), *allowed(system, name)
-        )
+        ends = min(values), max(values)
+        checks.checked_ends(f"tolerance of {name}", ends, *allowed(system, name))
     found = Tolerances(system, tuple(chosen), every[:0], np.empty((0, len(functions))))
     with Watch(checks.checked_seconds(max_seconds)):
         state = checks.checked_state(start, "start")
