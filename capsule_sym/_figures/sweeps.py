@@ -316,9 +316,10 @@ def plot_metric(
     """A metric of a sweep's cells, such as the average velocity, over its one or two axes.
 
     Over two axes a colour bar has the scale, in two hues around 0 where the metric has both signs;
-    its arrow stands for outliers. Grey are cells that have not settled, those without a result, and
-    those of an infinite metric, such as the cost of a capsule that does not advance. Over one axis
-    each cell with a finite value is a dot.
+    its arrow stands for outliers. Grey are cells without a finite value: those that have not
+    settled, except for lyapunov, those without a result, and those of an infinite metric, such as
+    the cost of a capsule that does not advance. Over one axis each cell with a finite value is a
+    dot.
 
     Parameters
     ----------
@@ -345,8 +346,8 @@ def plot_metric(
     Raises
     ------
     InvalidInput
-        For results of another kind, for a metric that the sweep does not compute, for curves over
-        other parameters than the axes, and for incomplete curves.
+        For results of another kind, for a metric that the sweep does not compute, for an axis that
+        is no quantity, for curves over other parameters than the axes, and for incomplete curves.
 
     See Also
     --------
