@@ -111,7 +111,7 @@ class AttractorBranch:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Columns, birth and death as numbers, texts and lists; raises as `columns` does."""
+        """Columns as lists, birth and death as dicts or None; raises as `columns` does."""
         return {**plain(self.columns), **record(self, "birth death")}
 
 

@@ -88,7 +88,7 @@ class Shock(Result):
         return inner, outer
 
     def to_dict(self) -> dict[str, Any]:
-        """Result by name, as numbers, texts, lists and dicts."""
+        """Result by name, as JSON has it: `orbit` is "motion", and infinite weights are None."""
         scene, orbits = self.orbit.scene, {"motion": self.orbit, "attractor": self.attractor}
         found = {**scene.entry, **super().to_dict(), "parameters": self.orbit.parameters.to_dict()}
         for name in ("knock", "start", "state"):

@@ -113,6 +113,13 @@ def test_there_is_no_normal_form_in_a_parameter_without_effect(label: str) -> No
     assert replace(hysteretic().at(label), path=_Still("omega")).normal_form is None
 
 
+def test_there_is_no_normal_form_where_the_equations_are_not_solved() -> None:
+    assert hysteretic().at("FO1").normal_form is not None
+    assert (
+        replace(hysteretic().at("FO1"), status=cs.results.Status.NOT_CONVERGED).normal_form is None
+    )
+
+
 @pytest.mark.parametrize("label", ["PD1", "PD2"])
 def test_a_doubled_orbit_lies_where_the_normal_form_says(label: str) -> None:
     branch = hysteretic()

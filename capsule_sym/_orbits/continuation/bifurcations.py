@@ -145,9 +145,11 @@ class Bifurcation(BifurcationPoint):
     def normal_form(self) -> NormalForm | None:
         """Leading terms of the orbits beside the bifurcation.
 
-        None at a Neimark-Sacker bifurcation, at a corner of higher codimension, and where the terms
-        are not defined or not finite.
+        None at a Neimark-Sacker bifurcation, at a corner of higher codimension, where the equations
+        are not solved, and where the terms are not defined or not finite.
         """
+        if not self.success:
+            return None
         return normal_form(
             self.type,
             self.orbit,
@@ -182,10 +184,11 @@ class CodimensionTwoPoint(SolvedPoint):
 
     `types` and `lines` are those of the curve and of the second condition, `values` the two
     parameters, `uncertainties` bounds on their rounding errors, or widths of the gap if the
-    equations are not solved. `itinerary_after` is None if the curve ends, but for Neimark-Sacker
-    curves that end in a resonance. `segments` are the indices, from 0, of the segments of
-    `orbit` with duration 0, that of the curve first; if the motion is its own mirror image they are
-    those of its first half.
+    equations are not solved. The itineraries before and after are those on the way outwards from
+    the bifurcation at which the curve started; `itinerary_after` is None if the curve ends, but for
+    Neimark-Sacker curves that end in a resonance. `segments` are the indices, from 0, of the
+    segments of `orbit` with duration 0, that of the curve first; if the motion is its own mirror
+    image they are those of its first half.
     """
 
     types: tuple[str, str]

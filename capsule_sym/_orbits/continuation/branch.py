@@ -96,7 +96,8 @@ class Branch(Ended, Labelled):
         """Points as columns, arrays of shape (n,).
 
         The varied parameter has its own name. Each orbit has itinerary, period number, progression,
-        average velocity, start, residual, status, and the largest modulus of its multipliers.
+        average velocity, the state at the start of its first segment, which is not at phase 0,
+        residual, status, and the largest modulus of its multipliers.
         """
         largest = [max(map(abs, point.multipliers), default=0.0) for point in self.points]
         return {

@@ -68,7 +68,8 @@ class Curve(Labelled):
 
         The two parameters have their own names. Each point has its line, residual and status, the
         largest modulus of its multipliers, and of its orbit the itinerary, period number,
-        progression, average velocity and start.
+        progression, average velocity and the state at the start of its first segment, which is not
+        at phase 0.
         """
         values = np.array([point.values for point in self.points], dtype=float).reshape(-1, 2)
         return {

@@ -211,7 +211,7 @@ class Itinerary:
         return Itinerary(segments + images, self.period_number, scene=self.scene)
 
     def image(self, segment: ItinerarySegment) -> ItinerarySegment:
-        """Mirror image of a segment."""
+        """Mirror image of a segment; one in contact with a single stop has none."""
         guard = segment.guard
         # A segment in contact ends at its own stop; so does its image.
         pairs = _OPPOSITE if contact(segment.field, self.scene) else _OPPOSITE | _OTHER_STOP
