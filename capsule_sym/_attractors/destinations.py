@@ -207,8 +207,8 @@ class KnownOrbits(Runs):
         """Stable orbit that the run of each row approaches from a state at phase 0, (m, 3).
 
         Newton's method finds the orbit. The distance of the run from it then shrinks to a tenth, in
-        the time in which a small one shrinks to a hundredth. None for a run that approaches none,
-        none of at most 16 periods, or one so slowly that this takes more than 2^15 periods.
+        the time in which a small one shrinks to a hundredth, at most 2^15 periods. None for a run
+        that approaches none, none of at most 16 periods, or one more slowly.
         """
         found: list[Cycle | None] = [None] * len(states)
         good, marks = self._marks(self.rows, states, 0.0, 2 * LONGEST)
@@ -216,9 +216,9 @@ class KnownOrbits(Runs):
         cycles = self.closed(good, ends, _changes(marks)[1], _WITHIN)
         rates = np.clip([one.rate if one else 1.0 for one in cycles], 0.01, 1 - NEUTRAL)
         waits = np.ceil(np.log2(math.log(0.01) / np.log(rates)))
-        for power in np.unique(waits[waits <= 15]).astype(int).tolist():
+        for power in np.unique(waits[waits <= 16]).astype(int).tolist():
             chosen = np.flatnonzero(waits == power)
-            run = self.run(self.rows[good[chosen]], ends[chosen], 0.0, 2**power)
+            run = self.run(self.rows[good[chosen]], ends[chosen], 0.0, 2 ** min(power, 15))
             for k, state in zip(chosen.tolist(), run.states, strict=True):
                 if (cycle := cycles[k]) is not None:
                     before, now = cycle.distance(np.array([ends[k], state]))

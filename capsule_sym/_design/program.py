@@ -102,10 +102,7 @@ class Program:
         return self.system.replace(**dict(zip(self.names, values, strict=True)))
 
     def parameters_at(self, u: Vector) -> SceneParameters | None:
-        """Dimensionless parameters at scaled variables; None if the scene does not allow them.
-
-        They may be outside the ranges of a run.
-        """
+        """Dimensionless parameters at scaled variables; None where no run is possible."""
         with suppress(InvalidInput):
             check_scales(found := dimensionless(self.system_at(u)))
             return found

@@ -219,6 +219,7 @@ def of_records(draw: Callable[_Given, _Drawn]) -> Callable[_Given, _Drawn]:
     For arguments that the function does not take it raises TypeError.
     """
     takes = signature(draw)
+    field = next(name for name in takes.parameters if name != "axes")
 
     @wraps(draw)
     def drawn(*given: _Given.args, **named: _Given.kwargs) -> _Drawn:
@@ -230,7 +231,7 @@ def of_records(draw: Callable[_Given, _Drawn]) -> Callable[_Given, _Drawn]:
                 raise
             lacks = f"without {error}" if isinstance(error, KeyError) else str(error)
             whole = "a whole one, with all that the function's documentation names"
-            raise InvalidInput("record", lacks, whole) from error
+            raise InvalidInput(field, lacks, whole) from error
 
     return drawn
 

@@ -1,5 +1,7 @@
 """All attractors of a box: against single runs, by symmetry, and in fractions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -99,6 +101,13 @@ def test_chaos_is_counted_as_unsettled():
     assert found.success
     assert found.unsettled == 20
     assert "20 have not settled within 300 excitation periods" in found.message
+
+
+def test_an_attractor_that_no_start_reaches_is_not_counted_in_the_message():
+    found = cs.attractors(BISTABLE, BOX, count=20)
+    other = replace(found.attractors[0], count=0, fraction=0.0)
+    more = replace(found, attractors=(*found.attractors, other))
+    assert more.message == found.message == "20 starts lead to 2 attractors"
 
 
 def test_the_interval_of_a_fraction_is_that_of_clopper_and_pearson():

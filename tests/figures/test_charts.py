@@ -64,7 +64,7 @@ def test_curves_and_their_points_lie_on_top(results: xr.Dataset) -> None:
 def test_a_curve_that_lacks_something_is_one_line(results: xr.Dataset, lacks: str, draw) -> None:
     results["velocity"] = results["itinerary"] * 0.5
     broken = {name: value for name, value in CURVE.items() if name != lacks}
-    with pytest.raises(InvalidInput, match=f"record = \"without '{lacks}'\": must be a whole one"):
+    with pytest.raises(InvalidInput, match=f"curve = \"without '{lacks}'\": must be a whole one"):
         draw(results, curves=[CURVE, broken])
 
 

@@ -330,7 +330,7 @@ class Model(Declared):
                 raise self.refusal(line, f"the {kind} {text!r} is no text of one line")
 
     def _expression(self, value: object) -> sp.Expr:
-        """Value of this line as an exact expression in declared symbols and binary fractions."""
+        """Value of this line as an exact expression in declared symbols and doubles."""
         found = sp.sympify(value)
         if not isinstance(found, sp.Expr):
             raise self.refusal(self._line, f"{value} is no expression")
@@ -339,12 +339,13 @@ class Model(Declared):
         known |= {force} if self.drive and self.drive.pulsed else set()
         if unknown := found.free_symbols - known:
             raise self.refusal(self._line, f"unknown symbol {min(map(str, unknown))}")
-        exact = sp.nsimplify(found, rational=True) if found.has(sp.Float) else found
-        # Code in 106 bits and 50 digits would print others as doubles, and its bounds be too small.
-        if others := [one for one in exact.atoms(sp.Rational) if one.q & (one.q - 1)]:
-            said = f"{min(others)} is no binary fraction: write a parameter in its place"
-            raise self.refusal(self._line, said)
-        return exact
+        for number in found.atoms(sp.Number):
+            # Code in 106 bits and 50 digits has others as doubles, and its bounds would be too small.
+            if sp.nsimplify(number, rational=True) != sp.Rational(float(number)):
+                given = repr(float(number)) if number.is_Float else number
+                said = f"{given} is not exact in a double: write a parameter in its place"
+                raise self.refusal(self._line, said)
+        return sp.nsimplify(found, rational=True) if found.has(sp.Float) else found
 
     def _inequality(self, value: object) -> sp.Basic:
         """Value of this line, if it is a strict inequality that is affine in the state."""
