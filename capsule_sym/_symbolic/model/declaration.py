@@ -340,7 +340,7 @@ class Model(Declared):
         if unknown := found.free_symbols - known:
             raise self.refusal(self._line, f"unknown symbol {min(map(str, unknown))}")
         for number in found.atoms(sp.Number):
-            # Code in 106 bits and 50 digits has others as doubles, and its bounds would be too small.
+            # Code in more digits has others as doubles, and its bounds would be too small.
             if sp.nsimplify(number, rational=True) != sp.Rational(float(number)):
                 given = repr(float(number)) if number.is_Float else number
                 said = f"{given} is not exact in a double: write a parameter in its place"
