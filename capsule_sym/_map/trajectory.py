@@ -113,7 +113,7 @@ class Trajectory(Ended, Labelled):
         escalations: int = 0,
         **kept: NDArray[Any],
     ) -> Trajectory:
-        """Run of these segments; `kept` are the stroboscopic states and their periods, by name."""
+        """Run of these segments; `kept` are, by name, the stroboscopic states, (n, 3), and periods."""
         final, advance = origin, abs(origin[1][0]) * 0
         if segments:
             last = segments[-1]
