@@ -113,7 +113,7 @@ class Trajectory(Ended, Labelled):
         escalations: int = 0,
         **kept: NDArray[Any],
     ) -> Trajectory:
-        """Run of these segments; `kept` are states at phase 0, (n, 3), and their periods, by name."""
+        """Run of these segments; `kept` are states at phase 0 (n, 3), and periods, by name."""
         final, advance = origin, abs(origin[1][0]) * 0
         if segments:
             last = segments[-1]
