@@ -215,7 +215,7 @@ class Outcome(StrEnum):
     SLIDING_TANGENCY = "sliding-tangency"
     #: No guard fires at any later time (proved).
     NEVER = "never"
-    #: Rounding does not allow to decide if a guard fires.
+    #: The search for a guard was given up: after 200,000 evaluations, or at a time limit.
     UNDECIDED = "undecided"
     #: Steps of the search, or segments of the run, do not advance in time.
     STALLED = "stalled"

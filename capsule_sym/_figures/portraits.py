@@ -217,7 +217,8 @@ def plot_motion(
     Raises
     ------
     InvalidInput
-        For a value outside its range, for another number of axes, for a run whose segments were not
+        For a value outside its range, such as the default of `periods` for a run of fewer, for an
+        orbit that was not found, for another number of axes, for a run whose segments were not
         kept, and for a device of another scene, frequency, mass ratio, friction bound or load than
         that of the motion, or of other gaps in a scene with two stops.
 

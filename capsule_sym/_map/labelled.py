@@ -43,8 +43,9 @@ class Labelled:
         """Return the columns as a pandas DataFrame, with texts as categories.
 
         Dimensionless, or in SI units if a device is given, except parameters. A result of a system,
-        which may be a device, has the units of the system. Raises InvalidInput if such a result is
-        given a device, and NotInstalled without pandas.
+        which may be a device, has the units of the system. Another result's parameters are not
+        compared with those of the device. Raises InvalidInput if a result of a system is given a
+        device, and NotInstalled without pandas.
         """
         if device is not None and self._of_system:
             raise InvalidInput("device", device, "None: the table has the units of the system")

@@ -145,7 +145,7 @@ class Axis:
 
         The axis has the name "sample". The sequence is balanced if `count` is a power of two. A
         count is 1 to 10^8 over the number of ranges, a seed 0 to 10^12. Raises InvalidInput for
-        ranges, a count or a seed that are not allowed.
+        another one, and for ranges that are not ascending. A `Sweep` checks quantities and values.
         """
         if not ranges:
             raise InvalidInput("sobol", ranges, "a table of ranges [low, high] by name")

@@ -119,7 +119,7 @@ def certify_orbit(orbit: Orbit, *, max_seconds: float = math.inf) -> dict[str, A
         With the step that failed, and after `max_seconds`. The statement may still hold. It is an
         ArithmeticError.
     InvalidInput
-        For an orbit of another scene, and a time that is not allowed.
+        For an orbit of another scene, one that was not found, and a time that is not allowed.
 
     Notes
     -----
