@@ -1,5 +1,7 @@
 """Attractors of starts, against runs of the scalar map one by one."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -165,3 +167,16 @@ def test_a_run_that_does_not_settle_is_followed_for_all_periods(periods: int) ->
     assert found.numbers.tolist() == [NONE]
     run = cs.simulate(CHAOTIC, start[0].tolist(), periods=periods, keep="final")
     assert found.states[0] == pytest.approx(run.final[1], abs=1e-9)
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.7, True), (1.1, False)])
+def test_an_orbit_is_approached_if_a_run_comes_ten_times_as_near_in_time(share, found) -> None:
+    """At rest the mass swings, and exp(-zeta t) is left: a tenth of it after 2^15 periods or so."""
+    omega = 0.8
+    wait = share * 2**16  # periods in which a hundredth is left
+    zeta = math.log(100) / wait / (2 * math.pi / omega)
+    p = cs.Parameters(alpha=0.005, omega=omega, zeta=zeta, delta=1.0)
+    known = KnownOrbits(np.array([[*p.to_dict().values()]]), p.scene)
+    orbit = cs.orbits.solve_itinerary(p, cs.results.Itinerary.parse("F2"))
+    start = stroboscopic(orbit) + np.array([1e-3, 0.0, 0.0])
+    assert (known.approached(start)[0] is not None) == found

@@ -85,9 +85,13 @@ WRONG = [
         "delta ranges from -1, but a gap is at least 0",
     ),
     ("stiffness=beta)", "stiffness=x_r)", "no polynomial >= 0 of parameters"),
-    ("2 * zeta * v_r", "1.9 * zeta * v_r", "1.9 is not exact in a double"),
-    ("2 * zeta * v_r", "(1 + 2.0**-30) * zeta * v_r", "1.0000000009313226 is not exact"),
-    ("2 * zeta * v_r", "(2**60 + 1) * zeta * v_r / 2**60", "/1152921504606846976 is not exact"),
+    ("2 * zeta * v_r", "1.9 * zeta * v_r", "1.9 is no double of at most 15 digits"),
+    (
+        "2 * zeta * v_r",
+        "(1 + 2.0**-30) * zeta * v_r",
+        "1.0000000009313226 is no double of at most 15",
+    ),
+    ("2 * zeta * v_r", "(2**60 + 1) * zeta * v_r / 2**60", "/1152921504606846976 is no double"),
     ("2 * zeta * v_r", "2 * (zeta + beta) * v_r", "is not zeta times a number above 0, at most 2"),
     (
         "stiffness=beta)",

@@ -157,14 +157,19 @@ def test_values_that_parameters_cannot_have_are_refused(omega: float, backend: s
 
 
 @pytest.mark.parametrize("backend", ["numpy", "mpmath"])
-@pytest.mark.parametrize("fields", [(9, 2), (5, 1), ()])
-def test_a_handmade_itinerary_of_impossible_fields_is_refused(
-    fields: tuple[int, ...], backend: str
-) -> None:
+@pytest.mark.parametrize("fields", [(9, 2), (5, 1), (2**40, 2), (5.7, 2), ()])
+@pytest.mark.parametrize("guess", [None, [0.0] * 5, [0.0] * 6])
+def test_a_handmade_itinerary_of_impossible_fields_is_refused(fields, guess, backend: str) -> None:
     itinerary = Itinerary(tuple(ItinerarySegment(field, Guard.GAP) for field in fields))
-    with pytest.raises(cs.InvalidInput, match=r"itinerary = ") as caught:
-        solve_itinerary(cs.Parameters(), itinerary, [0.0] * (4 + len(fields)), backend=backend)
-    assert caught.value.field == "itinerary"
+    with pytest.raises(cs.InvalidInput, match=r"(itinerary|fields) = "):
+        solve_itinerary(cs.Parameters(), itinerary, guess, backend=backend)
+
+
+@pytest.mark.parametrize("backend", ["numpy", "mpmath"])
+def test_a_half_in_contact_with_the_single_stop_is_refused(backend: str) -> None:
+    half = Itinerary((ItinerarySegment(5, Guard.GAP),), 1, True)
+    with pytest.raises(cs.InvalidInput, match="without contact"):
+        solve_itinerary(cs.Parameters(alpha=0.9), half, [0.0] * 5, backend=backend)
 
 
 def test_guess_may_be_rough() -> None:

@@ -159,7 +159,7 @@ class Itinerary:
         """
         scene = as_scene(scene)
         few = len(scene.facts.FIELDS) < 10
-        number = r"[1-9]" if few else r"[1-9]\d*+"  # all digits, of which none is given back
+        number = r"[1-9]" if few else r"[1-9]\d?+(?!\d)"  # all digits, of which none is given back
         if not re.fullmatch(rf"\s*(F?{number}[\s,]*)+", text):
             raise InvalidInput("itinerary", text, 'fields such as "F5 F2" or "52"')
         fields = (int(digits) for digits in re.findall(number, text))
@@ -199,6 +199,15 @@ class Itinerary:
     def fields(self) -> tuple[int, ...]:
         """Numbers of the fields, such as (5, 2); those of the first half with `mirrored`."""
         return tuple(segment.field for segment in self.segments)
+
+    @cached_property
+    def possible(self) -> Itinerary:
+        """This itinerary; raises InvalidInput as `of` unless it has fields that a motion can have.
+
+        The guards are not compared.
+        """
+        Itinerary.of(self.fields, self.period_number, self.mirrored, self.scene)
+        return self
 
     @property
     def whole(self) -> Itinerary:

@@ -321,6 +321,7 @@ def solve_itinerary(
         given, itinerary = parameters.to_dict().values(), itinerary.in_scene(parameters.scene)
     else:
         given = parameters
+    itinerary = itinerary.possible
     with _backend(backend, itinerary.scene) as numbers:
         values = tuple(numbers.number(value) for value in given)
         names = itinerary.scene.facts.PARAMETERS
@@ -353,13 +354,8 @@ def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerar
 
 def _found(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector) -> Orbit:
     """Result of Newton's method, in the C core or in any number system."""
-    try:
-        by_core = ClosedForms(numbers, values).solved(itinerary, z)
-    except ValueError as error:
-        allowed = "fields of the scene, each led to by one guard"
-        raise InvalidInput("itinerary", itinerary.fields, allowed) from error
+    by_core = ClosedForms(numbers, values).solved(itinerary, z)
     if by_core is None:
-        Itinerary.of(itinerary.fields, itinerary.period_number, itinerary.mirrored, itinerary.scene)
         z, system, solving, steps, norm = newton(numbers, values, itinerary, z)
     else:
         z, arrays, solving, steps, norm = by_core

@@ -343,7 +343,7 @@ class Model(Declared):
             # Code in more digits has others as doubles, and its bounds would be too small.
             if sp.nsimplify(number, rational=True) != sp.Rational(float(number)):
                 given = repr(float(number)) if number.is_Float else number
-                said = f"{given} is not exact in a double: write a parameter in its place"
+                said = f"{given} is no double of at most 15 digits: write a parameter in its place"
                 raise self.refusal(self._line, said)
         return sp.nsimplify(found, rational=True) if found.has(sp.Float) else found
 
