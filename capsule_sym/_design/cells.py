@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.evaluation import UNKNOWN, drifting, settle_many
+from capsule_sym._design.evaluation import BRIEF, UNKNOWN, drifting, settle_many
 from capsule_sym._design.program import KEPT, Program
 from capsule_sym._errors import counted
 from capsule_sym._native import present
@@ -27,10 +27,6 @@ from capsule_sym._systems import System, dimensionless, values_of
 BEYOND = 1e100
 """Merit of a place just beyond a limit: more than any objective."""
 _BLOCK = 1024  # places between two looks at the time
-# Excitation periods of the first stretch of a run, after which most have settled at a damping of
-# 0.02, and of the last: those of chaos are lost.
-_FIRST, _PERIODS = 32, 256
-_OPEN = 8  # switches in a stretch that the core cannot decide: with more of them a place is unknown
 
 
 class Grid:
@@ -141,9 +137,7 @@ def _block(program: Program, u: Matrix) -> Cells:
     grid = Grid(program.system, program.names, program.values_at(u))
     own = [*dimensionless(program.system).to_dict().values()]
     rows = np.where(grid.allowed[:, None], grid.rows, own)
-    found, numbers = settle_many(
-        rows, program.start, first=_FIRST, most=_PERIODS, max_open=_OPEN, scene=grid.scene
-    )
+    found, numbers = settle_many(rows, program.start, stretches=BRIEF, scene=grid.scene)
     numbers[~grid.allowed] = 0
     moving = numbers > 0
     multiplier = Slope(abs(found.multipliers[:, 0]), 0.0)

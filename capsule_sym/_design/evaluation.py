@@ -117,14 +117,16 @@ def _values(parameters: SceneParameters) -> Vector:
 
 
 def settle(
-    parameters: SceneParameters, state: Sequence[float], phase: float = 0.0
+    parameters: SceneParameters, state: Sequence[float], phase: float = 0.0, brief: bool = False
 ) -> Motion | None:
     """Motion on which a start settles; None without one, or if the core cannot decide its run.
 
-    Raises TimeUp after the time limit, and InvalidInput for parameters outside the ranges of a run.
+    A brief run has the stretches of a survey. Raises TimeUp after the time limit, and InvalidInput
+    for parameters outside the ranges of a run.
     """
     row = _values(parameters)[None]
-    found = settle_many(row, state, phase, gradients=True, scene=parameters.scene)
+    scene, stretches = parameters.scene, BRIEF if brief else LONG
+    found = settle_many(row, state, phase, stretches=stretches, gradients=True, scene=scene)
     check_time()
     number = int(found.period_numbers[0])
     return Motion(parameters, found.found, number) if number > 0 else None
@@ -154,8 +156,8 @@ def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | N
 def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | None:
     """The motion continued to other parameters, or the one on which it settles; None if lost.
 
-    A motion given by its orbit is run from the orbit's start until it settles. Raises TimeUp and
-    InvalidInput as `settle`.
+    It is lost if it has not settled within the stretches of a survey. A motion given by its orbit
+    is run from the orbit's start until it settles. Raises TimeUp and InvalidInput as `settle`.
     """
     if motion.found is None:
         assert motion.orbit is not None
@@ -167,15 +169,17 @@ def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | Non
     check_time()
     if attracting(found, gradients=True)[0]:
         return Motion(parameters, found, number)
-    return settle(parameters, state.tolist())
+    return settle(parameters, state.tolist(), brief=True)
 
 
 _REPEATED = 1e-2  # change over its periods, over the motion's size, below which a run is closed
 _REPEATS, _APART = 5e-2, 0.2  # the same of all states of its last period, and over their spread
 _NEAR = 1e-2  # distance of the closed motion from its run, over the motion's size
-FIRST, _MOST = 64, 1024
-"""Excitation periods of the first stretch of a run and of the last: within these a motion settles
-at a damping of 0.003."""
+LONG, BRIEF = (64, 1024, MOST_OPEN), (32, 256, 8)
+"""Excitation periods of the first stretch of a run, and of the last; and switches that the core
+cannot decide, at most, in a stretch. Within the long ones motions settle at a damping of 0.003. The
+brief ones are for surveys and searches: at a damping of 0.02 most motions settle in the first;
+chaotic ones are lost."""
 UNKNOWN = -1
 """Number of periods of a motion that no run could decide."""
 _ARRIVED = 1e-7  # distance of a run that has arrived at its motion, over the motion's size
@@ -207,27 +211,25 @@ def settle_many(
     states: ArrayLike,
     phases: ArrayLike = 0.0,
     *,
-    first: int = FIRST,
-    most: int = _MOST,
+    stretches: tuple[int, int, int] = LONG,
     gradients: bool = False,
-    max_open: int = MOST_OPEN,
     scene: Scene,
 ) -> Settled:
     """Motions on which starts (n, 3) settle, at rows (n, k) of the parameters of a scene.
 
-    Runs that have not settled after `first` excitation periods continue for twice as long, and so
-    on, in stretches of at most `most`. A run is unknown if the core cannot decide more than
-    `max_open` switches of a stretch, and after the time limit.
+    Runs that have not settled after the first of the `stretches` continue for twice as long, and so
+    on, up to the last. A run is unknown if the core cannot decide more switches of a stretch than
+    it may, and after the time limit.
     """
     count = len(rows)
     whole = _nothing(count, scene)
-    left, length = np.arange(count), first
+    left, (length, most, most_open) = np.arange(count), stretches
     begin = np.broadcast_to(np.asarray(states, dtype=float), (count, 3))
     at = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
     while len(left) and length <= most and not present().over:
         how: dict[str, Any] = {
             "max_seconds": present().left,
-            "max_open": max_open,
+            "max_open": most_open,
             "threads": processors(),
         }
         starts = rows[left], begin, at
@@ -258,11 +260,13 @@ def _arrived(rows: Vector, marks: Vector, gradients: bool, scene: Scene) -> Sett
     whole = _nothing(count, scene)
     numbers = whole.period_numbers
     size, least = 1 + abs(marks[:, -LONGEST:]).max(axis=(1, 2), initial=0.0), np.full(count, np.inf)
-    for number in range(1, min(LONGEST, (marks.shape[1] - 1) // 2) + 1):
-        before = marks[:, -1 - number]
-        change = abs(last - before).max(axis=1)
+    most = min(LONGEST, (marks.shape[1] - 1) // 2)
+    repeats = abs(marks[:, -2 : -2 - most : -1] - last[:, None]).max(axis=2)
+    near = repeats <= _REPEATED * size[:, None]
+    for number in (1 + np.flatnonzero(near.any(axis=0))).tolist():
+        before, change = marks[:, -1 - number], repeats[:, number - 1]
         # This number of periods is skipped if another one repeats better.
-        some = np.flatnonzero((change <= _REPEATED * size) & (change < least) & (numbers == 0))
+        some = np.flatnonzero(near[:, number - 1] & (change < least) & (numbers == 0))
         # A chance return is not one of the whole period.
         changes = abs(marks[some, -number:] - marks[some, -2 * number : -number]).max(axis=(1, 2))
         spread = np.inf if number == 1 else abs(marks[some] - last[some, None]).max(axis=(1, 2))

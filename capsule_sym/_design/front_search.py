@@ -33,7 +33,6 @@ from capsule_sym._processes import sobol
 SAME = 1e-3
 """Least distance of a new place from the points, summed over both metrics, and least difference of
 a metric that counts; in ranges of the front."""
-_SEARCHES = 6  # for each end, fewer than those of an optimum: the survey may better it
 _PLACES = 2  # from which a point is searched: where a front jumps, two are nearly as good
 _CELLS = 4  # times as many places of both metrics as of one: a front is longer than a point
 
@@ -70,7 +69,7 @@ class FrontSearch:
     def run(self, samples: int, seed: int) -> None:
         """Find the ends, the approximate front between them, and the points."""
         for one in self.searches:
-            one.run(samples, seed, _SEARCHES)
+            one.run(samples, seed)
         if all(one.optima for one in self.searches):
             high, low = (self.made(one.optimum) for one in self.searches)
             self.between(low, high, samples, seed)

@@ -31,7 +31,7 @@ MOST = 100
 """Evaluations of a search, as SciPy's iterations: beside a border a line search has no end."""
 _PRECISE = 1e-11  # units of the objective: accuracy required of SLSQP
 _LOST = 10.0  # units of the objective, above the start, without a motion: about all variation
-_MAX_LOST = 25  # places without a motion: beside a bifurcation each line search meets some
+_MAX_LOST = 8  # places without a motion: beside a bifurcation each line search meets some
 
 Mask = NDArray[np.bool_]
 
@@ -182,7 +182,7 @@ def local_search(model: Program | Piece, first: Place, most: int = MOST) -> list
     """Places that SciPy's SLSQP passes from a place, of a program or on a piece, the best first.
 
     The first place is one of them. At most so many are evaluated, each continued from the nearest
-    one, and at most 25 without a motion, which are left out. At the time limit they are those
+    one, and at most 8 without a motion, which are left out. At the time limit they are those
     passed so far, and TimeUp is not raised. Metrics are
     continuous across changes of itinerary: where their gradients jump the method stops beside the
     border.

@@ -14,9 +14,7 @@ The same places, with a bound on the second metric, show where a point of the fr
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +29,8 @@ from capsule_sym._native import Watch, check_time, present
 from capsule_sym._native.watch import silent
 from capsule_sym._processes import sobol
 
-MEMBERS = 6
-"""Members of a population for each variable: SciPy has 15, but a survey gives the best of many."""
+# Members of a population for each variable: SciPy has 15, but a survey gives the best of many.
+_MEMBERS = 6
 _GENERATIONS = 60  # of a population, at most: after them its places are mostly close together
 # Share of each range beyond its bounds: places there count as the nearest ones within, so that a
 # population also meets the bounds themselves, where many optima are.
@@ -47,8 +45,8 @@ class Survey:
     def __init__(self, program: Program) -> None:
         self.program = program
         self.cells = evaluate(program, np.empty((0, len(program.names))))
-        self.unknown = ""
-        """Number of unknown places of the first survey, as a text; empty if there are none."""
+        self.samples, self.unknown = 0, 0
+        """Number of places all over the bounds so far, and of the unknown ones among them."""
         self.flat = ""
         """Message that the metric is constant; empty if it is not."""
 
@@ -57,14 +55,22 @@ class Survey:
 
         Raises InvalidInput if there are motions, and the metric is finite at none of them.
         """
-        self.program.progress(f"survey, {counted(samples, 'place')}")
-        with Watch(_SHARE * present().left):
-            self.cells = evaluate(self.program, sobol(len(self.program.names), samples, seed))
-        if count := self.cells.unknown:
-            self.unknown = f"{count:,} of {counted(samples, 'place')}"
+        self.cover(samples, seed)
         self.flat = self._flat()
         if not self.flat:
             self._scale()
+
+    def cover(self, samples: int, seed: int, skipped: int = 0) -> None:
+        """Evaluate places all over the bounds, in place of others.
+
+        They are Sobol's after the skipped ones. Those for which there is no time are unknown.
+        """
+        self.program.progress(f"survey, {counted(samples, 'place')}")
+        u = sobol(len(self.program.names), skipped + samples, seed)[skipped:]
+        with Watch(_SHARE * present().left):
+            self.cells = evaluate(self.program, u)
+        self.samples += samples
+        self.unknown += self.cells.unknown
 
     def look(self, u: Matrix) -> Vector:
         """Merit of further places, which are kept; raises TimeUp after the time limit."""
@@ -78,30 +84,22 @@ class Survey:
 
         Nothing evolves with fewer than five places.
         """
-        merit, most = self.cells.merit(self.program), MEMBERS * len(self.program.names)
+        merit, most = self.cells.merit(self.program), _MEMBERS * len(self.program.names)
         best = self.cells.u[np.argsort(merit, kind="stable")[: np.isfinite(merit).sum()]]
         if len(best) >= 5:  # SciPy makes no population of fewer
             members = {u.tobytes(): u for u in [*self.starts(most), *best]}
-            bounds = [(-_OUTSIDE, 1 + _OUTSIDE)] * len(self.program.names)
-            self.evolved(bounds, init=np.array([*members.values()][:most]), atol=KEPT)
-
-    def evolved(self, bounds: Sequence[tuple[float, float]], **begin: Any) -> Vector:
-        """Variables of the best place of a population within bounds, after at most 60 generations.
-
-        `begin` are further arguments of SciPy. All places are kept. Raises TimeUp.
-        """
-        found = package("scipy.optimize").differential_evolution(
-            lambda x: self.look(x.T.clip(0.0, 1.0)),
-            bounds,
-            maxiter=_GENERATIONS,
-            tol=0.0,
-            rng=len(self.cells),
-            polish=False,
-            vectorized=True,
-            updating="deferred",
-            **begin,
-        )
-        return np.asarray(found.x.clip(0.0, 1.0))
+            package("scipy.optimize").differential_evolution(
+                lambda x: self.look(x.T.clip(0.0, 1.0)),
+                [(-_OUTSIDE, 1 + _OUTSIDE)] * len(self.program.names),
+                init=np.array([*members.values()][:most]),
+                maxiter=_GENERATIONS,
+                tol=0.0,
+                atol=KEPT,
+                rng=len(self.cells),
+                polish=False,
+                vectorized=True,
+                updating="deferred",
+            )
 
     def starts(self, most: int) -> list[Vector]:
         """At most `most` places that none of their neighbours betters, the best first.

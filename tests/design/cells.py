@@ -12,7 +12,7 @@ from capsule_sym._orbits.metrics.many import METRICS
 def metrics_of(systems: Sequence[Parameters]) -> list[dict[str, float]]:
     """The metrics of each system's motion from rest, by name; empty where it does not settle."""
     rows = np.array([list(system.to_dict().values()) for system in systems])
-    found = settle_many(rows, (0.0, 0.0, 0.0), first=64, most=128, scene=systems[0].scene)
+    found = settle_many(rows, (0.0, 0.0, 0.0), stretches=(64, 128, 100), scene=systems[0].scene)
     return [
         dict(zip(METRICS, values, strict=True)) if number else {}
         for values, number in zip(found.found.values.tolist(), found.period_numbers, strict=True)

@@ -131,23 +131,6 @@ def test_an_optimum_close_to_a_border_is_one_inside() -> None:
 
 
 @pytest.mark.long
-def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins() -> None:
-    base = Parameters(
-        alpha=1.6429116, omega=0.92876304, beta=11.501066, zeta=0.023622016, delta=0.28, gamma=7.7
-    )
-    over = {"delta": (0.0, 1.0), "gamma": (0.5, 8.0)}
-    program = program_of("work", over, base, False, (), None)
-
-    def best(u):
-        return Optimisation(Survey(program)).improved(program.begin(np.array(u)))
-
-    one = best((0.2799, 0.9592))
-    other = best((one.u[0] + 1e-3, one.u[1] - 1e-3))
-    assert other.objective == pytest.approx(one.objective, rel=1e-8)
-    assert other.u == pytest.approx(one.u, abs=1e-5)
-
-
-@pytest.mark.long
 def test_where_a_border_holds_a_place_the_pieces_beyond_are_looked_at() -> None:
     base = Parameters(omega=0.594, delta=0.2535, zeta=0.09, beta=3.83, gamma=2.47)
     program = program_of("velocity", {"alpha": (0.975, 0.995)}, base, False, (), None)
