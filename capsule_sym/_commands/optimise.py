@@ -27,7 +27,7 @@ def _searching(
     margin
         Floquet multipliers at most 1 - MARGIN.
     samples
-        Number of points of the survey. [default: by the number of variables, of a front 256]
+        Number of points of each survey. [default: by the number of variables, of a front 256]
     seed
         Random seed of the survey.
     """

@@ -156,8 +156,8 @@ def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | N
 def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | None:
     """The motion continued to other parameters, or the one on which it settles; None if lost.
 
-    It is lost if it has not settled within the stretches of a survey. A motion given by its orbit
-    is run from the orbit's start until it settles. Raises TimeUp and InvalidInput as `settle`.
+    It is lost if it has not settled within the brief stretches. A motion given by its orbit is run
+    from the orbit's start, in the long ones. Raises TimeUp and InvalidInput as `settle`.
     """
     if motion.found is None:
         assert motion.orbit is not None
@@ -178,8 +178,8 @@ _NEAR = 1e-2  # distance of the closed motion from its run, over the motion's si
 LONG, BRIEF = (64, 1024, MOST_OPEN), (32, 256, 8)
 """Excitation periods of the first stretch of a run, and of the last; and switches that the core
 cannot decide, at most, in a stretch. Within the long ones motions settle at a damping of 0.003. The
-brief ones are for surveys and searches: at a damping of 0.02 most motions settle in the first;
-chaotic ones are lost."""
+brief ones are for surveys, and for motions that searches continue: at a damping of 0.02 most
+settle in the first; chaotic ones are lost."""
 UNKNOWN = -1
 """Number of periods of a motion that no run could decide."""
 _ARRIVED = 1e-7  # distance of a run that has arrived at its motion, over the motion's size

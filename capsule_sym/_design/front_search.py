@@ -143,10 +143,10 @@ class FrontSearch:
         survey that no neighbour betters.
         """
         search = Optimisation(self.survey.bounded(bound))
-        places = search.descents(_PLACES)
-        if not places or places[0].beyond:
+        search.descend_all(_PLACES)
+        if not search.kept or search.kept[0].beyond:
             return None
-        found = search.solved(places[0]) or search.unsolved(places[0])
+        found = search.solved(search.kept[0]) or search.unsolved(search.kept[0])
         limit = len(self.program.limits)
         return self.made(found, optimum_of(found).constraints[limit].multiplier or math.nan)
 

@@ -1,8 +1,8 @@
 """Optimisation of a metric of the steady motion over parameters.
 
 A survey and a population that evolves from it show where to search. Searches by SQP follow the
-motion from there, through changes of itinerary, at which metrics are continuous. Newton's method on
-the conditions of an optimum follows.
+motion from there, through changes of itinerary, at which metrics are continuous. If no two of them
+end at the best, a second round follows. Newton's method on the conditions of an optimum is last.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from capsule_sym._native.watch import silent
 from capsule_sym._parameters import Parameters
 from capsule_sym._systems import System, check_parameter, dimensionless, real
 
-_LARGEST = 2048  # survey by default, a third of a second of work
+_LARGEST = 2048  # survey by default, a quarter of a second of work
 
 
 def optimise(
@@ -45,7 +45,8 @@ def optimise(
 
     A survey of the bounds and a population that evolves from its best points show where to search.
     Local searches follow the motion from there, through changes of itinerary, at which metrics are
-    continuous. Newton's method on the conditions of an optimum follows. At a basin boundary or a
+    continuous. If there are several, and no two end at the best, a second round of all three
+    follows. Newton's method on the conditions of an optimum is last. At a basin boundary or a
     kink, and sometimes beside a bifurcation, they are not solved, and `residual` is not small. The
     result is the best optimum found; it is not proved to be global.
 
@@ -80,9 +81,9 @@ def optimise(
         State (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion is the one
         on which it settles.
     samples : int, default None, 1 to 1,000,000
-        Number of points of the survey. None: 256 for one variable, 1,024 for two, else 2,048.
+        Number of points of each survey. None: 256 for one variable, 1,024 for two, else 2,048.
     seed : int, default 0, 0 to 10**12
-        Seed of the survey.
+        Seed of the surveys and of the populations.
     max_seconds : float, default 60.0, above 0
         Time limit, in seconds of wall time.
     progress : callable, default None
@@ -104,9 +105,9 @@ def optimise(
 
     Notes
     -----
-    The survey is a Sobol sequence, followed by differential evolution (Storn and Price, 1997). The
-    local searches are SciPy's SLSQP. `residual` of the result is that of the Karush-Kuhn-Tucker
-    conditions, with exact derivatives.
+    The surveys are parts of a Sobol sequence, each followed by differential evolution (Storn and
+    Price, 1997). The local searches are SciPy's SLSQP. `residual` of the result is that of the
+    Karush-Kuhn-Tucker conditions, with exact derivatives.
 
     See Also
     --------

@@ -88,7 +88,7 @@ class Optimum(Result):
     limit: float = math.nan
     """Limit of the metric there; at a loss of stability a solved optimum keeps a margin from it."""
     statistics: dict[str, int] = field(default_factory=dict)
-    """Number of searches and of points of the survey; empty for a point of a front."""
+    """Number of searches and of points of all surveys; empty for a point of a front."""
     _recorded = (
         "metric maximised value over metrics itinerary residual constraints bounds slopes "
         "multiplier border bifurcation limit statistics"
@@ -163,7 +163,7 @@ def _status(best: LocalOptimum) -> tuple[Status, str]:
     messages = {
         "": "an optimum on a border: it is worse on each side",
         BASIN: f"bounded by a basin boundary, beyond which the start settles elsewhere, at {limit}",
-        KINK: "bounded by borders that meet: no search from it finds a better place",
+        KINK: "bounded by borders that meet: no better place was found",
         LOST: f"bounded by a change of itinerary beyond which the motion is lost, at {limit}",
     }
     stability = f"bounded by a border of stability, {best.bifurcation}, with the limit {limit}"

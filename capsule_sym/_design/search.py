@@ -1,21 +1,25 @@
 """Optimisation: a survey, a population, searches from the best places, and a polish of the best.
 
-The survey looks at places all over the bounds; a population evolves from its best places. Searches
-begin at places that no neighbour betters. SciPy's SLSQP follows the motion of each by continuation,
-also where the start state no longer settles on it. Of the best places it passes the first is kept
-on whose motion the start state settles. If not two of several end at the best, there is a
-second round of other places, another population, and searches.
+The survey looks at places all over the bounds. A population evolves from places that no neighbour
+betters. SciPy's SLSQP searches from at most eight such places. Its motion is continued from the
+nearest known place; where it is lost, the motion on which a run from there settles takes its place.
+Of the eight best places of a search the best is kept on whose motion the start state settles, else
+the place where the search began. If there are several searches, and only one ends at the best
+value, a second round follows: other places, another population, and searches. A round ends after
+two searches whose better places are all beyond a basin boundary.
 
-The best two of these are polished to the conditions of an optimum, over the itineraries that meet
-there. The second is polished only if neither the first's value nor its limit at a loss of stability
-is as good. If a place is left that is better than all optima, a further search from it gives a
-result without solved conditions. Where that search finds better motions on which the start state
-does not settle, a bisection looks for a better place before the basin boundary.
+The best two of the places kept are polished to the conditions of an optimum, over the itineraries
+that meet there. The second is polished only if it is better than the first's optimum, and than the
+limit of that at a loss of stability. A place gives no optimum if its conditions are not solved, or
+if the start state settles elsewhere. If one is better than all optima, a further search from it
+gives a result without solved conditions. Where the start state settles neither on the best motion
+that this search finds nor on another better one there, a bisection looks for a better place before
+the basin boundary.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from bisect import insort
 from dataclasses import replace
 
 import numpy as np
@@ -36,10 +40,10 @@ from capsule_sym._design.stationary import LocalOptimum, balanced, local_search
 from capsule_sym._design.survey import Survey
 from capsule_sym._errors import Status, counted
 from capsule_sym._map.result import record
-from capsule_sym._native import check_time
+from capsule_sym._native import Watch, check_time, present
 
-# Of a round, at most: searches, and those of them that find nothing better. Of 152 random problems
-# the first was the best of eight in 144. Beside a basin boundary most find nothing.
+# Of a round, at most: searches, and those whose better places are all beyond a basin boundary. Of
+# 152 random problems the first search was the best of eight in 144.
 _SEARCHES, _FAILED = 8, 2
 _TRIED = 8  # best places of a search that are checked by a run from the start state
 _POLISHED = 2  # places polished: the second only if the first gives nothing as good
@@ -52,9 +56,11 @@ class Optimisation:
 
     def __init__(self, survey: Survey) -> None:
         self.survey = survey
-        self.followed = 0
+        self.followed, self.failed = 0, 0
         self.best: Place | None = None
-        """Best place of the searches or from which they begin, on the start's own motion."""
+        """Best place of finished searches, or from which one began, on the start's own motion."""
+        self.kept: list[Place] = []
+        """Places kept of the searches, the best first."""
         self.optima: list[LocalOptimum] = []
         self.found: Optimum | None = None
 
@@ -79,7 +85,7 @@ class Optimisation:
         return min(self.optima, key=lambda one: one.place.objective)
 
     def run(self, samples: int, seed: int) -> None:
-        """Survey, evolve, search from the best places, and polish the best that searches pass.
+        """Survey, evolve, search in one round or two, and polish the best two places kept.
 
         It sets `found`. Raises TimeUp after the time limit, and InvalidInput as `Survey.run`.
         """
@@ -89,52 +95,58 @@ class Optimisation:
             self.found = self.ended(Status.FLAT, self.survey.flat)
             return
         self.survey.evolve()
-        places = self.descents()
-        if not _agreed(places):
-            self.survey.cover(samples, seed, skipped=samples)
-            self.survey.evolve()
-            places = sorted([*places, *self.descents()], key=lambda place: place.rank)
-        self.polish(places)
-        self.found = self.conclude(places)
+        self.descend_all()
+        if not self.agreed:
+            with Watch(present().left / 2):  # the rest is for the polish
+                self.survey.cover(samples, seed, skipped=samples)
+                check_time()
+                self.survey.evolve()
+                self.descend_all()
+        self.polish()
+        self.found = self.conclude()
 
-    def descents(self, searches: int = _SEARCHES) -> list[Place]:
-        """Best place of each of at most so many searches, the best first.
+    def descend_all(self, searches: int = _SEARCHES) -> None:
+        """Search from at most so many places of the survey.
 
-        The second that finds no better place than its first is the last.
+        The searches end after two that have better places, but the start settles on none of them.
         """
-        found, failed = list[Place](), 0
-        for first in map(self.program.begin, self.survey.starts(searches)):
-            if (best := self.descend(first)) is not None:
-                found.append(best)
-            failed += best is first
-            if failed == _FAILED:
+        most = self.failed + _FAILED
+        for first in filter(None, map(self.program.begin, self.survey.starts(searches))):
+            self.descend(first)
+            if self.failed == most:
                 break
-        return sorted(found, key=lambda place: place.rank)
 
-    def descend(self, first: Place | None) -> Place | None:
-        """Best place of a search on whose motion the start state settles, of the best eight.
+    @property
+    def agreed(self) -> bool:
+        """True if two searches ended at the best value, or fewer than two had a place to begin."""
+        if len(self.kept) < 2:
+            return True
+        return np.allclose(self.kept[0].rank, self.kept[1].rank, 0.0, KEPT)
 
-        Without one it is the first place. None if there is no first place.
+    def descend(self, first: Place) -> None:
+        """Keep the best of a search's eight best places on whose motion the start state settles.
+
+        Without one it is the first place.
         """
         self.followed += 1
         self.program.progress(f"search {self.followed}")
-        if first is None:
-            return None
         self.best = min(first, self.best or first, key=lambda place: place.rank)
         passed = local_search(self.program, first)[:_TRIED]
         best = next(filter(self.settles_there, passed), first)
+        self.failed += best is first and passed[0] is not first
         self.best = min(best, self.best, key=lambda place: place.rank)
+        insort(self.kept, best, key=lambda place: place.rank)
         check_time()
-        return best
 
-    def polish(self, places: Sequence[Place]) -> None:
-        """Add optima from those of the best two places that satisfy the limits and may be better.
+    def polish(self) -> None:
+        """Add optima from those of the best two places kept that satisfy the limits.
 
-        If the first of them without solved conditions is better than all optima, the best place of
-        a search from it is added.
+        The second has to be better than the first's optimum, and than its limit at a loss of
+        stability. If the first of them that gives none is better than all optima, the best place
+        that a search from it finds is added.
         """
         unsolved = list[Place]()
-        for place in places[:_POLISHED]:
+        for place in self.kept[:_POLISHED]:
             if place.beyond or place.objective > self.least - KEPT:
                 continue  # beyond a limit, or no better than an optimum so far or its limit
             if found := self.solved(place):
@@ -145,7 +157,7 @@ class Optimisation:
             self.optima.append(self.unsolved(unsolved[0]))
 
     def solved(self, place: Place) -> LocalOptimum | None:
-        """Optimum next to a place, on whose motion the start state settles; None if not found."""
+        """Optimum next to a place; None if it is not solved, or the start settles elsewhere."""
         check_time()
         found = polish(self.program, place)
         if found and found.kkt_satisfied and self.settles_there(found.place):
@@ -204,17 +216,14 @@ class Optimisation:
                 beyond = middle
         return min(place, last, key=lambda one: one.rank)
 
-    def conclude(self, places: Sequence[Place]) -> Optimum:
-        """Result: the best optimum, or the reason why there is none.
-
-        `places` are the best ones of the searches.
-        """
+    def conclude(self) -> Optimum:
+        """Result: the best optimum, or the reason why there is none."""
         program, numbers = self.program, self.survey.cells.numbers
         if self.optima:
             return optimum_of(self.optimum)
-        if places:
-            message = _UNSATISFIED + failed_limits(program, places[0])
-            return self.ended(Status.INFEASIBLE, message, places[0])
+        if self.kept:
+            message = _UNSATISFIED + failed_limits(program, self.kept[0])
+            return self.ended(Status.INFEASIBLE, message, self.kept[0])
         if (numbers < 0).all():
             return self.ended(Status.TIME_LIMIT, "no place is known")
         if not np.any(numbers > 0):
@@ -244,10 +253,3 @@ class Optimisation:
         if place is not None:
             found = optimum_of(replace(balanced(program, place), kkt_satisfied=False))
         return replace(found, status=status, message=message)
-
-
-def _agreed(places: Sequence[Place]) -> bool:
-    """True if two searches have ended at the best place, or there was one search at most."""
-    if len(places) < 2:
-        return True
-    return bool(np.all(np.subtract(places[1].rank, places[0].rank) <= KEPT))

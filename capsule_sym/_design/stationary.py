@@ -182,10 +182,9 @@ def local_search(model: Program | Piece, first: Place, most: int = MOST) -> list
     """Places that SciPy's SLSQP passes from a place, of a program or on a piece, the best first.
 
     The first place is one of them. At most so many are evaluated, each continued from the nearest
-    one, and at most 8 without a motion, which are left out. At the time limit they are those
-    passed so far, and TimeUp is not raised. Metrics are
-    continuous across changes of itinerary: where their gradients jump the method stops beside the
-    border.
+    one, and at most 8 without a motion, which are left out. At the time limit they are those passed
+    so far, and TimeUp is not raised. Metrics are continuous across changes of itinerary: where
+    their gradients jump the method stops beside the border.
     """
     none, no_slack = 0 * first.objective_by, np.full(len(first.slacks), -_LOST)
     lost = Place(first.u, first.motion, first.objective + _LOST, none, no_slack, first.slacks_by)

@@ -1,11 +1,12 @@
 """Survey of the bounds: places all over them, then a population that evolves to better ones.
 
-The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) begins with good ones
-that are distant from each other, and the best of the others. All places are kept: searches start at
-the best ones that no neighbour betters, distant from each other.
+The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) begins with those that
+no neighbour betters, distant from each other, and the best of the others. Its places are kept too:
+searches start at the best ones that no neighbour betters, distant from each other.
 
-Between its ends a front has one survey of both metrics. Of a random half of the places within the
-limits those have children that no other betters. A child differs from one of them, drawn evenly
+Between its ends a front has one survey of both metrics. In each generation a random half of
+the places within the limits is drawn. Those of it that no other of it betters have children. A
+child differs from one of them, drawn evenly
 along the approximate front, by a random multiple of the difference to another one; in single
 variables it is a multiple of the range instead.
 The same places, with a bound on the second metric, show where a point of the front is searched.
@@ -61,9 +62,10 @@ class Survey:
             self._scale()
 
     def cover(self, samples: int, seed: int, skipped: int = 0) -> None:
-        """Evaluate places all over the bounds, in place of others.
+        """Evaluate places all over the bounds, in place of all places so far.
 
-        They are Sobol's after the skipped ones. Those for which there is no time are unknown.
+        They are Sobol's after the skipped ones. Those are unknown for which there is no time, or
+        whose run the core cannot decide.
         """
         self.program.progress(f"survey, {counted(samples, 'place')}")
         u = sobol(len(self.program.names), skipped + samples, seed)[skipped:]
@@ -82,7 +84,7 @@ class Survey:
     def evolve(self) -> None:
         """Evolve a population: good places distant from each other, and the best of the others.
 
-        Nothing evolves with fewer than five places.
+        Nothing evolves with fewer than five places of finite merit. Raises TimeUp.
         """
         merit, most = self.cells.merit(self.program), _MEMBERS * len(self.program.names)
         best = self.cells.u[np.argsort(merit, kind="stable")[: np.isfinite(merit).sum()]]
@@ -95,7 +97,7 @@ class Survey:
                 maxiter=_GENERATIONS,
                 tol=0.0,
                 atol=KEPT,
-                rng=len(self.cells),
+                rng=self.samples,
                 polish=False,
                 vectorized=True,
                 updating="deferred",

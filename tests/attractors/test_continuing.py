@@ -87,6 +87,7 @@ def test_an_attractor_to_which_no_start_leads_stays_the_same_one():
         ("alpha", [2.0, 1.0], {}, "values"),
         ("alpha", ["a", "b"], {}, "values"),
         ("alpha", [-1.0, 1.0], {}, "alpha"),
+        ("alpha", np.linspace(1.0, 2.0, 100_001), {"count": 100}, "at most 100,000 values"),
         ("beth", [1.0, 2.0], {}, "parameter"),
         ("alpha", [1.0, 2.0], {"count": 0}, "count"),
         ("alpha", [1.0, 2.0], {"periods": 0}, "periods"),

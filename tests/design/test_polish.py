@@ -276,7 +276,7 @@ def test_a_place_whose_orbit_is_not_solved_is_at_a_kink(monkeypatch) -> None:
 def test_a_search_without_places_says_whether_limits_can_hold(limit, status, said) -> None:
     search = Optimisation(Survey(program_of("speed", SMOOTH, None, True, (limit,), None)))
     search.survey.run(4, 0)
-    found = search.conclude([])
+    found = search.conclude()
     assert found.status is status
     assert said in found.message
 

@@ -306,7 +306,7 @@ def failure_of(state: Spot) -> str:
     if state.failure:
         return state.failure
     try:
-        followed = is_admissible(whole_orbit(state.orbit))
+        followed = is_admissible(state.orbit)
     except InvalidInput as error:  # parameters that are not allowed
         return str(error)
     return "" if followed else f"the map has another itinerary than {state.orbit.itinerary}"
