@@ -24,7 +24,7 @@ from capsule_sym._native.watch import silent
 from capsule_sym._parameters import Parameters
 from capsule_sym._systems import System, check_parameter, dimensionless, real
 
-_LARGEST = 2048  # survey by default, a quarter of a second of work
+_LARGEST = 4096  # survey by default, half a second of work
 
 
 def optimise(
@@ -81,7 +81,7 @@ def optimise(
         State (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion is the one
         on which it settles.
     samples : int, default None, 1 to 1,000,000
-        Number of points of each survey. None: 256 for one variable, 1,024 for two, else 2,048.
+        Number of points of each survey. None: 256 for one variable, 1,024 for two, else 4,096.
     seed : int, default 0, 0 to 10**12
         Seed of the surveys and of the populations.
     max_seconds : float, default 60.0, above 0
