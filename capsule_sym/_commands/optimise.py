@@ -29,7 +29,7 @@ def _searching(
     samples
         Number of points of each survey. [default: by the number of variables, of a front 256]
     seed
-        Random seed of the survey.
+        Random seed of the surveys.
     """
     return {name: value for name, value in locals().items() if value is not None}
 

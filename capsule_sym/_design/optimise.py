@@ -83,9 +83,9 @@ def optimise(
     samples : int, default None, 1 to 1,000,000
         Number of points of each survey. None: 256 for one variable, 1,024 for two, else 4,096.
     seed : int, default 0, 0 to 10**12
-        Seed of the surveys and of the populations.
+        Seed of the surveys.
     max_seconds : float, default 60.0, above 0
-        Time limit, in seconds of wall time.
+        Time limit, in seconds of wall time; a second round has half of what is left.
     progress : callable, default None
         Function that is called with a text during the search.
 

@@ -4,17 +4,18 @@ The survey looks at places all over the bounds. A population evolves from places
 betters. SciPy's SLSQP searches from at most eight such places. Its motion is continued from the
 nearest known place; where it is lost, the motion on which a run from there settles takes its place.
 Of the eight best places of a search the best is kept on whose motion the start state settles, else
-the place where the search began. If there are several searches, and only one ends at the best
-value, a second round follows: other places, another population, and searches. A round ends after
-two searches whose better places are all beyond a basin boundary.
+the place where the search began. A round ends after two searches whose better places are all beyond
+a basin boundary, as far as these eight tell. If there are several searches, and only one ends at
+the best value, a second round follows, in half of the time left: other places, another population,
+and searches.
 
 The best two of the places kept are polished to the conditions of an optimum, over the itineraries
 that meet there. The second is polished only if it is better than the first's optimum, and than the
 limit of that at a loss of stability. A place gives no optimum if its conditions are not solved, or
-if the start state settles elsewhere. If one is better than all optima, a further search from it
-gives a result without solved conditions. Where the start state settles neither on the best motion
-that this search finds nor on another better one there, a bisection looks for a better place before
-the basin boundary.
+if the start state settles elsewhere. If one is better than all optima and their limits, a further
+search from it gives a result without solved conditions, which counts as an optimum at a border.
+Where the start state settles neither on the best motion that this search finds nor on another
+better one there, a bisection looks for a better place before the basin boundary.
 """
 
 from __future__ import annotations
@@ -57,10 +58,8 @@ class Optimisation:
     def __init__(self, survey: Survey) -> None:
         self.survey = survey
         self.followed, self.failed = 0, 0
-        self.best: Place | None = None
-        """Best place of finished searches, or from which one began, on the start's own motion."""
         self.kept: list[Place] = []
-        """Places kept of the searches, the best first."""
+        """Places kept of the searches, the best first, on the start's own motion."""
         self.optima: list[LocalOptimum] = []
         self.found: Optimum | None = None
 
@@ -102,6 +101,7 @@ class Optimisation:
                 check_time()
                 self.survey.evolve()
                 self.descend_all()
+            check_time()
         self.polish()
         self.found = self.conclude()
 
@@ -130,12 +130,13 @@ class Optimisation:
         """
         self.followed += 1
         self.program.progress(f"search {self.followed}")
-        self.best = min(first, self.best or first, key=lambda place: place.rank)
-        passed = local_search(self.program, first)[:_TRIED]
-        best = next(filter(self.settles_there, passed), first)
-        self.failed += best is first and passed[0] is not first
-        self.best = min(best, self.best, key=lambda place: place.rank)
-        insort(self.kept, best, key=lambda place: place.rank)
+        best = first
+        try:
+            passed = local_search(self.program, first)[:_TRIED]
+            best = next(filter(self.settles_there, passed), first)
+            self.failed += best is first and passed[0] is not first
+        finally:  # also if the time is over
+            insort(self.kept, best, key=lambda place: place.rank)
         check_time()
 
     def polish(self) -> None:
@@ -235,7 +236,7 @@ class Optimisation:
 
     def unfinished(self) -> Optimum:
         """Result at the time limit: the best optimum or other place that was found."""
-        cells, place = self.survey.cells, self.best
+        cells, place = self.survey.cells, next(iter(self.kept), None)
         if place and self.optima and self.optimum.place.objective <= place.objective + KEPT:
             place = self.optimum.place
         merit = cells.merit(self.program)

@@ -4,8 +4,8 @@ The places are Sobol's. Differential evolution (Storn & Price 1997, by SciPy) be
 no neighbour betters, distant from each other, and the best of the others. Its places are kept too:
 searches start at the best ones that no neighbour betters, distant from each other.
 
-Between its ends a front has one survey of both metrics. In each generation a random half of
-the places within the limits is drawn. Those of it that no other of it betters have children. A
+Between its ends a front has one survey of both metrics. In each generation random halves of
+the places within the limits are drawn. Those that no other of a half betters have children. A
 child differs from one of them, drawn evenly
 along the approximate front, by a random multiple of the difference to another one; in single
 variables it is a multiple of the range instead.

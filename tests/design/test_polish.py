@@ -283,7 +283,7 @@ def test_a_search_without_places_says_whether_limits_can_hold(limit, status, sai
 
 def test_the_time_limit_keeps_an_optimum_that_was_found() -> None:
     search, off, near = smooth_search()
-    search.best = off
+    search.kept = [off]
     search.optima = [search.solved(near)]
     found = search.result
     assert found.status == "time-limit"

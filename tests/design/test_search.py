@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from capsule_sym._design import evaluation
 from capsule_sym._design import survey as survey_module
 from capsule_sym._design.cells import evaluate
 from capsule_sym._design.evaluation import UNKNOWN
@@ -12,7 +13,7 @@ from capsule_sym._design.optimise import program_of
 from capsule_sym._design.program import KEPT, Program
 from capsule_sym._design.search import Optimisation
 from capsule_sym._design.survey import Survey
-from capsule_sym._native import check_time, present
+from capsule_sym._native import Watch, check_time, present
 from capsule_sym._processes import sobol
 
 OVER = {"alpha": (0.9, 1.0)}
@@ -107,9 +108,66 @@ def test_a_second_round_without_time_keeps_the_first(search, monkeypatch) -> Non
 
     monkeypatch.setattr(Survey, "cover", covered)
     monkeypatch.setattr(Optimisation, "agreed", False)
-    search.run(8, 0)
+    with Watch(1e6):
+        search.run(8, 0)
     assert search.result.status == "optimal"
     assert search.result.over["alpha"] == 1.0
+
+
+def test_a_place_is_kept_of_a_search_that_the_time_ends(search, monkeypatch) -> None:
+    first, second = (search.program.begin(np.array([u])) for u in (0.5, 0.8))
+    monkeypatch.setattr(Optimisation, "agreed", False)
+    rounds = []
+
+    def ended(self, place):
+        present().stop()
+        check_time()
+
+    def descend_all(self):
+        if not rounds:
+            rounds.append(1)
+            self.kept.append(first)
+        else:
+            monkeypatch.setattr(Optimisation, "settles_there", ended)
+            self.descend(second)
+
+    monkeypatch.setattr(Optimisation, "descend_all", descend_all)
+    monkeypatch.setattr(Optimisation, "polish", lambda self: None)
+    with Watch(1e6):
+        search.run(8, 0)
+    assert search.kept == [second, first]
+
+
+def test_an_interrupt_in_a_second_round_ends_the_search(search, monkeypatch) -> None:
+    cover = Survey.cover
+
+    def covered(survey, samples, seed, skipped=0):
+        monkeypatch.setattr(Watch, "interrupted", bool(skipped))
+        cover(survey, samples, seed)
+
+    monkeypatch.setattr(Survey, "cover", covered)
+    monkeypatch.setattr(Optimisation, "agreed", False)
+    monkeypatch.setattr(Optimisation, "polish", lambda self: None)
+    with Watch(1e6):
+        search.run(8, 0)
+    monkeypatch.setattr(Watch, "interrupted", False)
+    assert search.result.status == "time-limit"
+
+
+def test_a_search_looks_for_a_lost_motion_in_the_brief_stretches_of_a_survey(monkeypatch) -> None:
+    seen, settle_many = [], evaluation.settle_many
+
+    def settled(*given, stretches, **how):
+        seen.append(stretches)
+        return settle_many(*given, stretches=stretches, **how)
+
+    program = program_of("alpha", {"alpha": (0.9, 3.0)}, None, True, (), None)
+    place = program.begin(np.array([0.0]))
+    monkeypatch.setattr(evaluation, "settle_many", settled)
+    lost = np.zeros(1, bool)
+    monkeypatch.setattr(evaluation, "attracting", lambda found, gradients=False: lost)
+    program.beside(place, np.array([1.0]))
+    assert seen == [evaluation.BRIEF]
 
 
 def test_unknown_places_of_both_rounds_are_counted(search, monkeypatch) -> None:
